@@ -103,17 +103,19 @@ def _deviation(judged: Judged) -> float:
     return pooled((judged.errors_fault_free, judged.errors_faulty)).deviation
 
 
-FIGURES: dict[str, tuple[str, Callable[[Judged], float]]] = {
-    "detection_s": ("s", lambda judged: judged.detection_s),
-    "detection_enabled_s": ("s", lambda judged: judged.detection_enabled_s),
-    "bias": ("unit of the estimate", _bias),
-    "absolute_bias": ("unit of the estimate", lambda judged: abs(_bias(judged))),
-    "deviation": ("unit of the estimate", _deviation),
-    "value": ("unit of the estimate", lambda judged: judged.value),
-    "false_alarms": ("", lambda judged: float(judged.false_alarms)),
-    "judged_s": ("s", lambda judged: judged.judged_s),
+_OF_ESTIMATE = "unit of the estimate"
+
+FIGURES: dict[str, tuple[str, str, Callable[[Judged], float]]] = {
+    "detection_s": ("time to the alarm", "s", lambda judged: judged.detection_s),
+    "detection_enabled_s": ("enabled time to the alarm", "s", lambda judged: judged.detection_enabled_s),
+    "bias": ("bias", _OF_ESTIMATE, _bias),
+    "absolute_bias": ("size of the bias", _OF_ESTIMATE, lambda judged: abs(_bias(judged))),
+    "deviation": ("deviation of the estimate", _OF_ESTIMATE, _deviation),
+    "value": ("last estimate", _OF_ESTIMATE, lambda judged: judged.value),
+    "false_alarms": ("false alarms", "", lambda judged: float(judged.false_alarms)),
+    "judged_s": ("time judged", "s", lambda judged: judged.judged_s),
 }
-"""Figures that are compared: name -> (unit, function); differences are second minus first."""
+"""Figures that are compared: name -> (title, unit, function); differences are second minus first."""
 
 
 def document(found: Sequence[Comparison], folders: tuple[Path, Path], command: str = "") -> dict[str, Any]:
@@ -151,7 +153,7 @@ def _of_monitor(found: Comparison) -> dict[str, Any]:
         ],
         "right": _right(found.pairs),
         "figures": [{"name": name, "unit": _unit(unit, found.pairs)} | _figure(found.pairs, get)
-                    for name, (unit, get) in FIGURES.items()],
+                    for name, (_, unit, get) in FIGURES.items()],
     }  # fmt: skip
 
 
@@ -193,7 +195,7 @@ def _figure(pairs: Sequence[Pair], get: Callable[[Judged], float]) -> dict[str, 
 
 
 def _unit(unit: str, pairs: Sequence[Pair]) -> str:
-    if unit != "unit of the estimate":
+    if unit != _OF_ESTIMATE:
         return unit
     return next((pair.first.judged.unit for pair in pairs if pair.first.judged and pair.first.judged.unit), "")
 
@@ -204,16 +206,6 @@ def _finite(value: float) -> float | None:
 
 _DRAWN = ("detection_s", "bias", "absolute_bias", "deviation")
 """Figures whose differences are drawn."""
-_TITLES = {
-    "detection_s": "time to the alarm",
-    "detection_enabled_s": "enabled time to the alarm",
-    "bias": "bias",
-    "absolute_bias": "size of the bias",
-    "deviation": "deviation of the estimate",
-    "value": "last estimate",
-    "false_alarms": "false alarms",
-    "judged_s": "time judged",
-}
 _CHANCE = (
     "The interval is that of the mean, by bootstrap. The last two columns: the probability of so uneven a result by "
     "chance alone. Several figures are tested at once, so about one in twenty falls below 0.05 by chance."
@@ -295,7 +287,7 @@ def _differences(index: int, figures: Sequence[Mapping[str, Any]]) -> Chart | No
             [factor * value(each)] for each in (figure["interval"][0], figure["mean"], figure["interval"][1])
         )
         marks = (Points("pairs", across, found), Points("mean, 95 %", [0.75], mean, low, high))
-        title = _TITLES[figure["name"]].capitalize()
+        title = FIGURES[figure["name"]][0].capitalize()
         rows_ = (("pairs", 0.0), ("mean", 0.75))
         panels.append(
             Panel(title, "", bracketed("difference", label), marks, (("none", 0.0),), sideways=True, rows=rows_)
@@ -318,7 +310,7 @@ def _differences(index: int, figures: Sequence[Mapping[str, Any]]) -> Chart | No
 
 def _headline(monitor: Mapping[str, Any]) -> str:
     changes = [
-        f"{_TITLES[figure['name']]} {'rose' if value(figure['mean']) > 0.0 else 'fell'} by "
+        f"{FIGURES[figure['name']][0]} {'rose' if value(figure['mean']) > 0.0 else 'fell'} by "
         f"{amount(abs(value(figure['mean'])), figure['unit'])}"
         for figure in monitor["figures"]
         if figure["rank_p"] is not None and figure["rank_p"] < _SIGNIFICANT
@@ -333,7 +325,7 @@ def _figure_row(figure: Mapping[str, Any]) -> tuple[str, ...]:
     unit = figure["unit"]
     low, high = (amount(value(end), unit) for end in figure["interval"])
     return (
-        _TITLES[figure["name"]].capitalize(),
+        FIGURES[figure["name"]][0].capitalize(),
         str(figure["pairs"]),
         amount(value(figure["mean"]), unit),
         f"{low} to {high}" if figure["pairs"] else "–",

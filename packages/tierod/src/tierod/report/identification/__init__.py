@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tierod.core.content import Item, Table
+from tierod.core.content import Fold, Item, Table
 from tierod.core.errors import InputError, ParameterError, nearest
 from tierod.core.files import holding, sha256_of, write_text
 from tierod.core.recording import Recording
@@ -275,3 +275,12 @@ def found_table(found: Sequence[Found], beyond: str = "") -> Table:
     )
     header = ("parameter", "before", "found", "σ", "95 % interval", "change", "unit", "by")
     return Table("Parameters before and after", header, rows, f"{_NOTE} {beyond}".strip())
+
+
+def correlations(title: str, names: Sequence[str], covariance: np.ndarray) -> Fold:
+    """Correlation of every pair of estimates; zero where one of them has no variance."""
+    deviations = np.sqrt(np.diag(covariance))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        values = np.nan_to_num(covariance / np.outer(deviations, deviations))
+    rows = tuple((name, *(f"{v:+.2f}".replace("-", "−") for v in row)) for name, row in zip(names, values, strict=True))
+    return Fold(title, [Table("", ("", *names), rows)])

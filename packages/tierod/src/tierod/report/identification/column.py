@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from tierod.core.content import Chart, Fold, Heading, Item, Lines, Panel, Table
+from tierod.core.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.core.recording import Recording
 from tierod.methods.identification.bench_recording import OUTPUTS
 from tierod.methods.identification.column import ColumnIdentification, Shown, identify_column
 from tierod.methods.identification.sampled_column import BenchParameters
 from tierod.report.display import number
-from tierod.report.identification import Subject, found_table
+from tierod.report.identification import Subject, correlations, found_table
 from tierod.vehicles import Vehicle
 
 _POINTS = 4000
@@ -57,7 +57,7 @@ def column_items(result: ColumnIdentification) -> Iterator[Item]:
     noise = zip(("motor torque that was not recorded", *OUTPUTS), _noises(result), strict=True)
     rows += tuple((f"noise: {name}", value, "") for name, value in noise)
     yield Table("What the bench adds, found beside the parameters", ("", "value", "σ"), rows)
-    yield Fold("Correlation of the estimates", [_correlation(result)])
+    yield correlations("Correlation of the estimates", estimate.names, estimate.correlation)
     yield Heading(
         "Simulated against measured", ("As in Figure 4 of Raffone: the model is given the motor's torque alone.",)
     )
@@ -84,12 +84,6 @@ def _noises(result: ColumnIdentification) -> list[str]:
         _, unit, factor = _TITLES[name]
         texts.append(f"{number(factor * value, 3)} {unit}")
     return texts
-
-
-def _correlation(result: ColumnIdentification) -> Table:
-    names, values = result.estimate.names, np.nan_to_num(result.estimate.correlation)
-    rows = tuple((name, *(f"{v:+.2f}".replace("-", "−") for v in row)) for name, row in zip(names, values, strict=True))
-    return Table("", ("", *names), rows)
 
 
 def _busiest(each: Shown) -> slice:

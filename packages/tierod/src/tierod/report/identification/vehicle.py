@@ -6,7 +6,9 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from tierod.core.content import Fold, Heading, Item, Table
+import numpy as np
+
+from tierod.core.content import Heading, Item, Table
 from tierod.core.recording import Recording
 from tierod.methods.identification.drives import SIGNALS
 from tierod.methods.identification.vehicle import VehicleIdentification, Zeros
@@ -14,7 +16,7 @@ from tierod.methods.identification.vehicle_judgement import LEARNT
 from tierod.monitors.friction.signals import SteeringSample
 from tierod.monitors.own_car import identify_own_car
 from tierod.report.display import number
-from tierod.report.identification import Subject, found_table
+from tierod.report.identification import Subject, correlations, found_table
 from tierod.vehicles import QUANTITIES, Vehicle
 
 _BEYOND = "They include errors of the model, which longer driving does not remove."
@@ -35,7 +37,10 @@ def _items(result: VehicleIdentification) -> Iterator[Item]:
     yield Heading("Noises", ("Found from the innovations of the filter, beside the parameters.",))
     rows = tuple((name.replace("_", " "), number(value, 3), number(s, 2)) for name, (value, s) in result.noises.items())
     yield Table("Noises of sensors, model and road", ("noise", "value", "σ"), rows)
-    yield Fold("Correlation of the parameters", [_correlation(result)])
+    every = [prior.name for prior in result.posterior.priors]
+    names = [each.name for each in result.judged if each.name in every]
+    places = [every.index(name) for name in names]
+    yield correlations("Correlation of the parameters", names, result.posterior.covariance[np.ix_(places, places)])
 
 
 def _rest(result: VehicleIdentification) -> Table:
@@ -62,23 +67,6 @@ def _zero_cells(zeros: Zeros) -> tuple[str, str, str]:
     pairs = (steering, yaw, zeros.lateral_acceleration)
     cells = [f"{value:.3f} ± {deviation:.3f}".replace("-", "−") for value, deviation in pairs]
     return cells[0], cells[1], cells[2]
-
-
-def _correlation(result: VehicleIdentification) -> Table:
-    every = [prior.name for prior in result.posterior.priors]
-    names = [each.name for each in result.judged if each.name in every]
-    places, covariance = [every.index(name) for name in names], result.posterior.covariance
-    rows = tuple(
-        (
-            name,
-            *(
-                f"{covariance[i, j] / math.sqrt(covariance[i, i] * covariance[j, j]):+.2f}".replace("-", "−")
-                for j in places
-            ),
-        )
-        for name, i in zip(names, places, strict=True)
-    )
-    return Table("", ("", *names), rows)
 
 
 def _document(result: VehicleIdentification) -> dict[str, Any]:
