@@ -19,6 +19,8 @@ class Watch:
 
     limit: Annotated[float, "N*m"] = 2.0
     sample_time: Annotated[float, "s"] = 0.01
+    # time constant
+    # of the smoothing
     memory: Annotated[float, "s"] = 0.5
 
     class Sample(NamedTuple):
@@ -29,10 +31,10 @@ class Watch:
     class State(NamedTuple):
         """Clock, time above the limit, smoothed torque, and one that is late."""
 
-        time: Annotated[Scalar, "s"]
+        time: Annotated[Scalar, "s"]  # time, above: since the start, and above the limit
         above: Annotated[Scalar, "s"]
         smooth: Annotated[Scalar, "N*m"]
-        late: Ring
+        late: Ring  # the three last ones
 
     class Output(NamedTuple):
         """What it states.

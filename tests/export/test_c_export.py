@@ -101,6 +101,8 @@ def test_the_header_says_unit_meaning_and_range(watch, tmp_path):
     assert f"    {torque}\n    tierod_watch_real_t driver_torque;\n" in text
     assert "/* [N*m] torque without its noise */\n    tierod_watch_real_t smooth;" in text
     assert "/* [N*m] torque above which it is suspect */\n    tierod_watch_real_t limit;" in text
+    assert "/* [s] time constant of the smoothing */\n    tierod_watch_real_t memory;" in text
+    assert text.count("since the start, and above the limit */") == 2
     assert "    TIEROD_WATCH_SUSPECT = 2,\n" in text
     assert "tierod_watch_status_t statement_status;" in text
     assert text.isascii()

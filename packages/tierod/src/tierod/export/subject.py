@@ -6,6 +6,7 @@ import dataclasses
 import hashlib
 import inspect
 import re
+import textwrap
 from collections import Counter
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
@@ -94,9 +95,13 @@ def _fields(tree: Any) -> list[str] | None:
     return None
 
 
+_FIELD = re.compile(r"    (\w+): [^#]*?(?:# (.*))?$")
+_DIRECTIVE = re.compile(r"type:|noqa|fmt:")
+
+
 @cache
 def meanings(kind: Hashable) -> dict[str, str]:
-    """Descriptions of the fields of a class, read from "Args:" in its docstring."""
+    """Descriptions of the fields of a class: "Args:" in its docstring, or comments beside or above the fields."""
     _, found, rest = inspect.cleandoc(kind.__doc__ or "").partition("Args:\n")
     texts: dict[str, str] = {}
     names: list[str] = []
@@ -108,6 +113,26 @@ def meanings(kind: Hashable) -> dict[str, str]:
             texts |= dict.fromkeys(names, entry[2])
         elif line.strip() and names:
             texts |= {name: f"{texts[name]} {line.strip()}" for name in names}
+    return _comments(kind) | texts
+
+
+def _comments(kind: Hashable) -> dict[str, str]:
+    try:
+        lines = textwrap.dedent(inspect.getsource(kind)).splitlines()  # type: ignore[arg-type]
+    except (OSError, TypeError):
+        return {}
+    texts: dict[str, str] = {}
+    above = ""
+    for line in lines:
+        if field := _FIELD.match(line):
+            text = above if _DIRECTIVE.match(field[2] or "type:") else field[2]
+            several = _ENTRY.match(f"    {text}")
+            if several and field[1] in several[1].split(", "):
+                texts |= dict.fromkeys(several[1].split(", "), several[2])
+            elif text:
+                texts[field[1]] = text
+        comment = re.match(r"    # (.*)", line)
+        above = f"{above} {comment[1]}".strip() if comment else ""
     return texts
 
 
