@@ -132,6 +132,17 @@ def test_a_vehicle_that_the_monitor_refuses_is_left_out():
     assert [each.name for each in found.parameter_effects] == ["rear_distance"]
 
 
+def test_lanes_take_a_faster_grid_where_the_monitor_refuses_the_slow_one():
+    def refuses(vehicle, rate):
+        if rate < 20.0:
+            raise ParameterError("too slow")
+        return monitor().variants["only"].open(vehicle, rate, None)
+
+    picky = replace(monitor().variants["only"], open=lambda vehicle, rate, level: refuses(vehicle, rate))
+    found = diagnose(drive(), car(1.2, 0.2), replace(COARSE, variants={"only": picky}))
+    assert [each.name for each in found.parameter_effects] == ["rear_distance"]
+
+
 def test_a_spread_of_three_hundred_per_cent_is_a_wide_band_and_no_error():
     found = diagnose(drive(), car(1.2, 3.6, 5100.0), monitor()).findings[0]
     assert found.estimate.standard_deviation > 0.1

@@ -155,6 +155,9 @@ class Lanes:
         monitor = uncertain.monitor
         self._every = max(int(monitor.rate / (monitor.lane_rate or (monitor.rate, *monitor.slower)[-1]) + 1e-6), 1)
         self._running = self._opened(uncertain)
+        while REFERENCE not in self._running and self._every > 1:  # too slow for this vehicle
+            self._every //= 2
+            self._running = self._opened(uncertain)
         self._abreast = SideBySide()
         self._seen = 0
         self._variance = dict.fromkeys(self._bands, 0.0)
