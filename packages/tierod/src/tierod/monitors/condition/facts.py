@@ -41,7 +41,7 @@ UNCALIBRATED = (
 )
 _SHIFTED = "has shifted since the beginning of the drive, while"
 
-SENTENCES: dict[str, tuple[str, str, str]] = {
+SENTENCES: dict[str, str | tuple[str, str, str]] = {
     "healthy": ("", "{healthy} of {all} fault-free over {seconds:.0f} s", "none"),
     "healthy in part": (
         "not judged: {open}",
@@ -80,45 +80,29 @@ SENTENCES: dict[str, tuple[str, str, str]] = {
         "{names}",
         "check them one by one, or drive with more steering and braking",
     ),
-    "targets as well": ("so does a wrong recording of the targets ({targets})", "", ""),
-    "torques as well": ("so may a wrong {rest}, which belongs to the same torque balance", "", ""),
-    "residuals": ("residuals of readings and torques exceed the fault-free limits", "", ""),
-    "acceleration": ("{name} contradicts {motion}", "", ""),
-    "targets instead": ("the recorded targets ({targets}) may be wrong instead of the actuators", "", ""),
-    "acceleration instead": (
-        "{name} may be the cause instead: it differs by {size} from {motion} from {start:.0f} s on, more than usual",
-        "",
-        "",
-    ),
-    "pair instead": ("{targets} may be the cause instead: the targets contradict {shown}", "", ""),
-    "targets doubtful": (
-        "{targets}: the targets contradict {shown}, but too little for a verdict; check the channels and the actuators",
-        "",
-        "",
-    ),
-    "angle shifted": (
-        f"the mean steering angle in gentle driving {_SHIFTED} yaw rate and wheel speeds fit each other",
-        "",
-        "",
-    ),
-    "yaw rate shifted": (
-        f"the mean yaw rate in gentle driving {_SHIFTED} steering angle and wheel speeds fit each other",
-        "",
-        "",
-    ),
-    "zero shifted": (
-        f"the difference of steering angle and yaw rate in gentle driving {_SHIFTED} the wheel speeds do not show "
-        "which of them is wrong",
-        "",
-        "",
-    ),
+    "targets as well": "so does a wrong recording of the targets ({targets})",
+    "torques as well": "so may a wrong {rest}, which belongs to the same torque balance",
+    "residuals": "residuals of readings and torques exceed the fault-free limits",
+    "acceleration": "{name} contradicts {motion}",
+    "targets instead": "the recorded targets ({targets}) may be wrong instead of the actuators",
+    "acceleration instead": "{name} may be the cause instead: it differs by {size} from {motion} from {start:.0f} s "
+    "on, more than usual",
+    "pair instead": "{targets} may be the cause instead: the targets contradict {shown}",
+    "targets doubtful": "{targets}: the targets contradict {shown}, but too little for a verdict; check the channels "
+    "and the actuators",
+    "angle shifted": f"the mean steering angle in gentle driving {_SHIFTED} yaw rate and wheel speeds fit each other",
+    "yaw rate shifted": f"the mean yaw rate in gentle driving {_SHIFTED} steering angle and wheel speeds fit each "
+    "other",
+    "zero shifted": f"the difference of steering angle and yaw rate in gentle driving {_SHIFTED} the wheel speeds do "
+    "not show which of them is wrong",
 }
-"""Case -> cause, reason for the headline, and action."""
+"""Case -> cause; or cause, reason for the headline, and action."""
 SHIFTED = {SHIFTING[:1]: "angle shifted", SHIFTING[1:]: "yaw rate shifted", SHIFTING: "zero shifted"}
 
 
 def fact(case: str, **values: Any) -> Fact:
-    cause, reason, action = (each.format(**values) for each in SENTENCES[case])
+    said = SENTENCES[case]
+    cause, reason, action = (each.format(**values) for each in ((said, "", "") if isinstance(said, str) else said))
     return Fact(case, cause, reason if len(reason.split()) <= LONGEST else "", action)
 
 
