@@ -11,7 +11,7 @@ import numpy as np
 
 from tierod.core.findings import Episode
 from tierod.methods.relations import Pair, odd_ones_out
-from tierod.methods.running import peak
+from tierod.methods.running import Moments, peak
 from tierod.models.rolling_car import RollingCar
 from tierod.monitors.condition.signals import OF_AUTOMATED, SENSORS, WHEELS, CarParameters
 from tierod.physics.single_track import understeer_gradient
@@ -182,10 +182,7 @@ def _shift(one: np.ndarray, other: np.ndarray) -> float | None:
 
 
 def _correlation(one: np.ndarray, other: np.ndarray) -> float:
-    both = np.isfinite(one) & np.isfinite(other)
-    x, y = one[both], other[both]
-    size = float(np.sqrt((x @ x) * (y @ y)))
-    return float(x @ y) / size if size > 0.0 else 0.0
+    return Moments().add(one, other).correlation()
 
 
 def scaled(estimates: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness], limit: float) -> tuple[Problem, ...]:
@@ -201,10 +198,8 @@ def scaled(estimates: Mapping[str, np.ndarray], witnesses: Mapping[str, Witness]
 
 def _ratio(one: np.ndarray, other: np.ndarray) -> float | None:
     """Ratio of the amplitudes of both estimates; None if they do not correlate."""
-    if _correlation(one, other) <= TIGHT:
-        return None
-    both = np.isfinite(one) & np.isfinite(other)
-    return float(np.sqrt((one[both] @ one[both]) / (other[both] @ other[both])))
+    both = Moments().add(one, other)
+    return both.ratio(1, 0) if both.correlation() > TIGHT else None
 
 
 def misread_speed(estimates: Mapping[str, np.ndarray], limit: float) -> tuple[Problem, ...]:
