@@ -102,6 +102,8 @@ _KINDS = ("arxml", "dbc", "kcd", "sym", "cdd")
 _ENTRY = re.compile(r"""\b(VAL_|SIG_VALTYPE_)\s+(\d+)\s+(\w+)\b(?:"(?:[^"\\]|\\.)*"|[^;"])*;""")
 
 
+_NULL_ADDRESS = 0xFE  # J1939-81: address of a sender that has claimed none
+
 # J1939-21: below this PDU format the next byte is the address of the receiver, not part of the parameter group
 _PGN_WITH_ADDRESS = 240
 
@@ -186,7 +188,8 @@ def load_databases(paths: Sequence[str | Path]) -> Database:
         import cantools  # noqa: F401
     except ImportError:
         raise MissingExtra("cantools", "can", "decoding a CAN log") from None
-    found, notes = [], []
+    found: list[Message] = []
+    notes: list[str] = []
     for path in paths:
         content = read_bytes(path, "the CAN database", most=MOST_DATA_BYTES)
         try:
@@ -196,7 +199,12 @@ def load_databases(paths: Sequence[str | Path]) -> Database:
         except Exception as error:
             reason = " ".join(str(error).split())[:200]
             raise InputError(f"{path} is not a CAN database that can be read: {reason}; give a DBC file") from None
-        found += getattr(loaded, "messages", [])
+        described_here = list(getattr(loaded, "messages", []))
+        # Without its attribute a database of J1939 is known by its identifiers, which all have the null address.
+        if all(each.is_extended_frame and each.frame_id & 0xFF == _NULL_ADDRESS for each in described_here):
+            for each in described_here:
+                each.protocol = "j1939"
+        found += described_here
         some = "; ".join(left_out[:_MOST_NAMED]) + f"; and {len(left_out) - _MOST_NAMED} more" * (
             len(left_out) > _MOST_NAMED
         )
