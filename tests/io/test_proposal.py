@@ -284,3 +284,46 @@ def test_titles_of_turns():
     assert counts_turns("Raddrehzahl_VL")
     assert counts_turns("n_HL")
     assert not counts_turns("Radgeschwindigkeit_VL")
+
+
+@pytest.mark.parametrize(
+    ("title", "signal"),
+    [
+        ("StrgWhlAng", "steering_wheel_angle"),
+        ("steering_tire_angle", "road_wheel_angle"),
+        ("heading_rate", "yaw_rate"),
+        ("GYRO_YAW", "yaw_rate"),
+        ("GPS Gyro", "yaw_rate"),
+        ("imu/angular_velocity.z", "yaw_rate"),
+        ("imu/linear_acceleration.y", "lateral_acceleration"),
+        ("G Force Lat", "lateral_acceleration"),
+        ("Ground Speed", "vehicle_speed"),
+        ("v_ist", "vehicle_speed"),
+        ("latAccelDesired", None),
+        ("Lenkradwinkel_Soll", "target_steering_wheel_angle"),
+        ("YawRateQuality", None),
+        ("LatAccelSigSta", None),
+        ("LK_VZ_Lenkradwinkel", None),
+    ],
+)
+def test_usual_titles_and_those_of_demands_and_states(title, signal):
+    found = meant_by(Column(title))
+    assert (found.signal if found else None) == signal
+
+
+def test_a_column_that_stands_loses_against_one_that_moves_and_a_demand_is_named(tmp_path):
+    time, signals = truth()
+    still = {"yaw_rate_2": np.zeros(len(time)), "lateral_acceleration_2": 1.3 * signals["lateral_acceleration"]}
+    titles = {
+        "yaw_rate_2": "YawRate",
+        "yaw_rate": "Gyro_Yaw",
+        "vehicle_speed": "v",
+        "lateral_acceleration_2": "LatAccDes",
+    }
+    path = written(tmp_path, signals | still, time, titles, {})
+    proposal = propose(path)
+    assert {each.signal: each.column.name for each in proposal.entries} == {
+        "yaw_rate": "Gyro_Yaw",
+        "vehicle_speed": "v",
+    }
+    assert "\"LatAccDes\"  holds 'des': a demand" in text_of(proposal)

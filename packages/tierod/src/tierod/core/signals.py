@@ -43,7 +43,8 @@ _STEERING: tuple[Row, ...] = (
     ("steering_wheel_angle", "rad", "Angle of the steering wheel.",
      "wheel turned left", (-16.0, 16.0),
      "steer_angle steering_angle swa sw_angle hand_wheel_angle handwheel_angle sas_angle sw_pos sw_pos_obd "
-     "lws_angle LenkradWinkel steer_angle_sensor steering_wheel_position str_whl_ang delta_sw"),
+     "lws_angle LenkradWinkel steer_angle_sensor steering_wheel_position str_whl_ang delta_sw strg_whl_ang "
+     "steer_wheel_angle steer_whl_ang str_angl_val steered_angle"),
     ("steering_wheel_rate", "rad/s", "Rate of the steering wheel.",
      "turning left", (-25.0, 25.0),
      "steer_rate steering_rate steer_angle_rate steering_angle_rate steering_wheel_speed "
@@ -75,7 +76,8 @@ _STEERING: tuple[Row, ...] = (
     ("tie_rod_force_right", "N", "Axial force of the right tie rod.",
      "opposes a turn to the left", (-15000.0, 15000.0), "tierod_force_right"),
     ("road_wheel_angle", "rad", "Mean steering angle of the front road wheels.",
-     "left turn", (-0.9, 0.9), "road_wheel_steer_angle front_wheel_angle rwa delta delta_f"),
+     "left turn", (-0.9, 0.9), "road_wheel_steer_angle front_wheel_angle rwa delta delta_f steering_tire_angle "
+     "steering_tyre_angle tire_angle tyre_angle"),
     ("road_wheel_angle_left", "rad", "Steering angle of the left front wheel.",
      "left turn", (-0.9, 0.9), "delta_fl front_left_wheel_angle"),
     ("road_wheel_angle_right", "rad", "Steering angle of the right front wheel.",
@@ -196,19 +198,22 @@ _VEHICLE: tuple[Row, ...] = (
     ("vehicle_speed", "m/s", "Forward speed at the centre of gravity.",
      "forward", (-20.0, 90.0),
      "speed v velocity v_x vx vehicle_velocity vehspd veh_spd car_speed speedo speedo_obd speed_kps "
-     "longitudinal_velocity v_ego vego"),
+     "longitudinal_velocity v_ego vego ground_speed gps_speed v_ist veh_spd_val fahrzeuggeschwindigkeit"),
     *_WHEELS,
     ("yaw_rate", "rad/s", "Yaw rate.",
-     "left turn", (-2.0, 2.0), "yaw yawrate psi_dot psidot yaw_velocity gyro_z gier_rate yaw_rate_sensor"),
+     "left turn", (-2.0, 2.0), "yaw yawrate psi_dot psidot yaw_velocity gyro_z gier_rate yaw_rate_sensor "
+     "gyro_yaw heading_rate yaw_rt gps_gyro angular_velocity_z angular_velocity.z yaw_rt_val"),
     ("yaw_acceleration", "rad/s**2", "Yaw acceleration.",
      "left turn", (-15.0, 15.0), "yaw_ang_acc yaw_rate_derivative"),
     ("roll_rate", "rad/s", "Roll rate.", "right side down", (-2.0, 2.0), "roll_velocity"),
     ("roll_angle", "rad", "Roll of the body against the road.", "right side down", (-0.4, 0.4), "roll"),
     ("pitch_angle", "rad", "Pitch of the body against the road.", "nose down", (-0.4, 0.4), "pitch"),
     ("longitudinal_acceleration", "m/s**2", "Longitudinal acceleration at the centre of gravity.",
-     "speeding up", (-15.0, 15.0), "ax a_x acc_x accel_x long_acc longacc long_accel longitudinal_accel ax_cg"),
+     "speeding up", (-15.0, 15.0), "ax a_x acc_x accel_x long_acc longacc long_accel longitudinal_accel ax_cg "
+     "g_force_long acceleration_longitudinal gps_long_acc gps_lon_acc linear_acceleration.x"),
     ("lateral_acceleration", "m/s**2", "Lateral acceleration at the centre of gravity.",
-     "left turn", (-15.0, 15.0), "ay a_y acc_y accel_y lat_acc latacc lat_acc_obd lat_accel lateral_accel ay_cg"),
+     "left turn", (-15.0, 15.0), "ay a_y acc_y accel_y lat_acc latacc lat_acc_obd lat_accel lateral_accel ay_cg "
+     "g_force_lat acceleration_lateral gps_lat_acc linear_acceleration.y lat_accel_val"),
     ("vertical_acceleration", "m/s**2", "Vertical acceleration at the centre of gravity, without gravity.",
      "up", (-30.0, 30.0), "az a_z acc_z accel_z"),
     ("lateral_speed", "m/s", "Lateral speed at the centre of gravity.",

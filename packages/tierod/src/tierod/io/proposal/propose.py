@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +19,7 @@ from tierod.core.units import Scale, split_suffix
 from tierod.io.proposal.motion import LONGEST, Motion
 from tierod.io.proposal.signs import Sign, chosen_signs
 from tierod.io.proposal.units import Chosen, Unit, candidates, chosen_units
-from tierod.io.proposal.words import Meant, counts_turns, meant_by
+from tierod.io.proposal.words import Meant, counts_turns, demand_of, meant_by, state_of
 from tierod.io.readers.channel_map import Entry
 from tierod.io.readers.mapping import Pick, Plan
 from tierod.io.readers.opening import Paths, open_source
@@ -71,15 +71,16 @@ def propose(path: str | Path, dbc: Paths = None, progress: Callable[[float], Non
     source, kind = open_source(path, dbc)
     columns = [column for column in source.columns if column.name not in source.silent]
     meant = {column.name: found for column in columns if (found := meant_by(column)) is not None}
-    best, others = _one_each(columns, meant)
-    if not best:
+    if not meant:
         has = ", ".join(f"'{column.name}'" for column in columns[:12])
         raise InputError(
             f"{path}: no column has a name that is known (it holds {has}); write the map by hand: [signals.NAME] with "
             'source = "COLUMN" for each; docs/reference/signals.md lists the names'
         )
-    picks = tuple(Pick(name, (name,), "", Entry((name,)), Scale(1.0)) for name in (c.name for c in best.values()))
-    raw = _loaded(Reading(path, source, kind, Plan(picks)), {c.name: s for s, c in best.items()}, progress)
+    picks = tuple(Pick(name, (name,), "", Entry((name,)), Scale(1.0)) for name in meant)
+    loaded = _loaded(Reading(path, source, kind, Plan(picks)), progress)
+    best, others = _one_each(columns, meant, loaded)
+    raw = Recording({s: replace(loaded[c.name], name=s) for s, c in best.items() if c.name in loaded})
     motion = Motion.of(raw)
     possible = {name: _candidates(name, column, raw) for name, column in best.items()}
     units = chosen_units(motion, possible)
@@ -94,26 +95,35 @@ def propose(path: str | Path, dbc: Paths = None, progress: Callable[[float], Non
     return Proposal(Path(path), entries, unmatched, source.texts)
 
 
-def _one_each(columns: list[Column], meant: dict[str, Meant]) -> tuple[dict[str, Column], dict[str, tuple[str, ...]]]:
-    """Best column of every signal, a known name before single words, and the other candidates."""
+def _one_each(
+    columns: list[Column], meant: dict[str, Meant], loaded: Recording
+) -> tuple[dict[str, Column], dict[str, tuple[str, ...]]]:
+    """Best column of every signal, one that moves first, then a known name, and the other candidates."""
     found: dict[str, list[Column]] = {}
     for column in columns:
         if column.name in meant:
             found.setdefault(meant[column.name].signal, []).append(column)
     best, others = {}, {}
     for signal, alike in found.items():
-        ordered = sorted(alike, key=lambda column: (column.name != signal, not meant[column.name].exact))
+        ordered = sorted(
+            alike, key=lambda each: (_constant(each, loaded), each.name != signal, not meant[each.name].exact)
+        )
         best[signal], others[signal] = ordered[0], tuple(column.name for column in ordered[1:])
     return best, others
 
 
-def _loaded(reading: Reading, signals: dict[str, str], progress: Callable[[float], None]) -> Recording:
+def _constant(column: Column, loaded: Recording) -> bool:
+    values = loaded[column.name].values if column.name in loaded else np.empty(0)
+    return not np.nanmax(values, initial=-math.inf) > np.nanmin(values, initial=math.inf)
+
+
+def _loaded(reading: Reading, progress: Callable[[float], None]) -> Recording:
     parts: dict[str, list[Channel]] = {}
     begin = None
     for piece in reading.slices(SLICE):
         begin = piece.span[0] if begin is None else begin
         for name, channel in piece.channels.items():
-            parts.setdefault(signals[name], []).append(channel)
+            parts.setdefault(name, []).append(channel)
         progress(max(float(piece.metadata.get(SHARE_READ, 0.0)), min((piece.span[1] - begin) / LONGEST, 1.0)))
         if piece.span[1] - begin > LONGEST:
             break
@@ -198,7 +208,10 @@ def text_of(proposal: Proposal) -> str:
     parts += [_table(entry) for entry in proposal.entries]
     if proposal.unmatched:
         lines = ["# Columns that were not matched; write a table for each that you need:"]
-        lines += [f"#   {quoted(c.name)}{f'  [{printable(c.unit)}]' if c.unit else ''}" for c in proposal.unmatched]
+        lines += [
+            f"#   {quoted(c.name)}{f'  [{printable(c.unit)}]' if c.unit else ''}{_why_not(c)}"
+            for c in proposal.unmatched
+        ]
         lines += ["# [signals.NAME]  # a name of 'docs/reference/signals.md'", '# source = "COLUMN"', '# unit = "..."']
         parts.append("\n".join(lines))
     if proposal.texts:
@@ -207,6 +220,14 @@ def text_of(proposal: Proposal) -> str:
             f"# Not read, since they hold text: {names}. Values that such a flag marks as invalid are read as valid."
         )
     return "\n\n".join(parts) + "\n"
+
+
+def _why_not(column: Column) -> str:
+    title = column.title or column.name
+    for kind, word in (("a demand", demand_of(title)), ("a state or quality", state_of(title))):
+        if word:
+            return f"  holds '{word}': {kind}"
+    return ""
 
 
 def _table(entry: Proposed) -> str:

@@ -32,13 +32,17 @@ _RATE = r"rate|geschw|velocity|_speed_|_spd_|_vel_|_dot_|punkt|vitesse|velocita|
 _TORQUE = r"torque|moment|_trq_|_tq_|couple|coppia|_m_"
 _ASSIST = r"motor|^_mot_(trq|tq)_$|assist|_eps_|unterst|servo|hilfs|_emot_"
 _OF_DRIVER = r"driver|_drvr?_(trq|tq)_$|fahrer|_hand|torsion|drehstab"
-_WANTED = r"request|target|soll|_cmd_|command|demand|desired|wunsch|_ref_"
+_WANTED = r"request|target|soll|_cmd_|command|demand|desired|wunsch|_ref_|reference|_set_?(point|_)|_des_|consigne"
+_STATE = (
+    r"_sta(t|te|tus)?_|_sts_|_qual|valid|_flag|_bit_|_vz_|_sign_|vorzeichen|_crc_|_counter_|_cnt_|toggle|_err(or)?_|"
+    r"fehler"
+)
 _SPEED = r"speed|geschw|velocity|_vel_|_spd_|vitesse|velocita|velocidad|drehzahl|_v_|_n_|_rpm_|omega|revs"
 _WHEEL = r"wheel|(?<!len[k_])rad(?!ar|ius|_s_|_per)|_whl_|_wss_|_ws_|roue|ruota|rueda"
 _ACCELERATION = r"accel|beschl|_acc_|_a_|accelerazione|aceleracion"
 _LATERAL = r"_lat|lateral|quer|trasv|transv"
 _LONGITUDINAL = r"_long|laengs|_lngs|longitud"
-_CAR = r"vehicle|fahrzeug|_veh_|_fzg_|_car_|wagen|_gps_|_gnss_|tacho|speedo|_ego_|_fahr"
+_CAR = r"vehicle|ground|fahrzeug|_veh_|_fzg_|_car_|wagen|_gps_|_gnss_|tacho|speedo|_ego_|_fahr"
 
 _CORNERS = {
     "front_left": r"_(fl|lf|vl|lv|avg)_|front_?(left|links)|left_?front|vorne?_?(left|links)|links_?vorn",
@@ -58,21 +62,25 @@ _RULES: tuple[_Rule, ...] = (
     _Rule("steering_torque_request", (_STEER, _TORQUE, _WANTED), "motor"),
     _Rule("motor_target_torque", (_ASSIST, _TORQUE, _WANTED)),
     # The name of the sender has no meaning: EPS_TorsionBarTorque is the torque of the driver.
-    _Rule("driver_torque", (_OF_DRIVER, _TORQUE), f"{_WANTED}|{_ASSIST.replace('_eps_|', '')}"),
-    _Rule("motor_torque", (_ASSIST, _TORQUE), f"{_WANTED}|engine|verbrenn|drehmoment_?motor|fahrmotor|wheel_motor"),
-    _Rule("driver_torque", (_STEER, _TORQUE), f"{_WANTED}|{_ASSIST}"),
+    _Rule("driver_torque", (_OF_DRIVER, _TORQUE), _ASSIST.replace("_eps_|", "")),
+    _Rule("motor_torque", (_ASSIST, _TORQUE), "engine|verbrenn|drehmoment_?motor|fahrmotor|wheel_motor"),
+    _Rule("driver_torque", (_STEER, _TORQUE), _ASSIST),
     _Rule("driver_torque", (r"^_tbt_$",)),
     _Rule("rack_force", (r"rack|zahnstange", r"force|kraft|_f_")),
     _Rule("rack_position", (r"rack|zahnstange", r"_pos|weg|travel|displacement")),
     _Rule("tie_rod_force", (r"tie_?rod|spurstange|track_?rod", r"force|kraft|_f_"), "left|right|links|rechts"),
-    _Rule("steering_wheel_rate", (_STEER, _RATE), f"{_TORQUE}|{_WANTED}|yaw|gier|{_CAR}|motor"),
-    _Rule("steering_wheel_angle", (_STEER, _ANGLE), f"{_TORQUE}|{_WANTED}|{_RATE}|motor|rack|road|status|valid|offset"),
+    _Rule("steering_wheel_rate", (_STEER, _RATE), f"{_TORQUE}|yaw|gier|{_CAR}|motor"),
+    _Rule("road_wheel_angle", (r"t[iy]re|reifen", _ANGLE), "left|right|links|rechts|slip|schr"),
+    _Rule("steering_wheel_angle", (_STEER, _ANGLE), f"{_TORQUE}|{_RATE}|motor|rack|road|offset"),
     _Rule("yaw_acceleration", (r"yaw|gier", _ACCELERATION)),
     _Rule("yaw_rate", (r"yaw|gier|_psi_?(p|dot|punkt)_|lacet|imbardata|guinada", _RATE + r"|_psi_?(p|dot|punkt)_")),
-    _Rule("yaw_rate", (r"_(w|omega|gyro?)_?z_|gierrate|_yaw_?(r|rt)_|^_yr_$",)),
+    _Rule("yaw_rate", (r"_(w|omega|gyro?)_?z_|gierrate|_yaw_?(r|rt)_|^_yr_$|gyro_yaw|yaw_gyro|heading_(rate|dot)",)),
+    _Rule("yaw_rate", (r"angular_(velocity|rate)_z_|rotation_rate_z_",)),
     _Rule("roll_rate", (r"_roll|wank", _RATE), "inertia"),
-    _Rule("lateral_acceleration", (_LATERAL, _ACCELERATION), "yaw|gier"),
-    _Rule("longitudinal_acceleration", (_LONGITUDINAL, _ACCELERATION), "yaw|gier"),
+    _Rule("lateral_acceleration", (_LATERAL, f"{_ACCELERATION}|g_force"), "yaw|gier"),
+    _Rule("longitudinal_acceleration", (_LONGITUDINAL, f"{_ACCELERATION}|g_force"), "yaw|gier"),
+    _Rule("lateral_acceleration", (r"linear_accel\w*_y_",)),
+    _Rule("longitudinal_acceleration", (r"linear_accel\w*_x_",)),
     _Rule("sideslip_angle", (r"schwimm|side_?slip|slip_?angle|_beta_",), "wheel|rate|tyre|tire|reifen"),
     _Rule("lateral_speed", (_LATERAL, _SPEED), _WHEEL),
     _Rule("brake_pressure", (r"brems|brake|_brk_|frein|freno", r"druck|press|_p_"), f"{_CORNERS['front_left']}|_fr_"),
@@ -100,12 +108,29 @@ def meant_by(column: Column) -> Meant | None:
     if found is not None:
         return Meant(found.name, f"'{title}' is a known name", True)
     text = words_of(title)
+    if state_of(title):
+        return None
+    demand = re.search(_WANTED, text) is not None
     for rule in _RULES:
+        if demand and not any(word in rule.signal for word in ("target", "request")):
+            continue
         hits = [re.search(pattern, text) for pattern in rule.words]
         if all(hits) and not (rule.without and re.search(rule.without, text)):
             words = dict.fromkeys(hit[0].strip("_") for hit in hits if hit)
             return Meant(rule.signal, f"'{title}' holds {' and '.join(map(repr, words))}", False)
     return None
+
+
+def demand_of(title: str) -> str:
+    """Word by which a title stands for a demand, not for a measured value; "" without one."""
+    found = re.search(_WANTED, words_of(title))
+    return found[0].strip("_") if found else ""
+
+
+def state_of(title: str) -> str:
+    """Word by which a title stands for a state, a quality or a bit, not for a value; "" without one."""
+    found = re.search(_STATE, words_of(title))
+    return found[0].strip("_") if found else ""
 
 
 _TURNS = re.compile(r"drehzahl|_n_|_rpm_|omega|revs|u_min")
