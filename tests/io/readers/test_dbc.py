@@ -13,8 +13,9 @@ from can_logs import log_of
 from tierod.core.errors import InputError, MissingExtra
 from tierod.io.readers import open_chunks, read
 from tierod.io.readers.content import Allowance
-from tierod.io.readers.dbc import Payloads, bus_source, load_databases, span
+from tierod.io.readers.dbc import bus_source, load_databases
 from tierod.io.readers.frames import EXTENDED, Frames, heard
+from tierod.io.readers.payloads import Payloads, span
 from tierod.io.readers.slices import slices
 
 cantools = pytest.importorskip("cantools")
