@@ -132,7 +132,8 @@ def _report(given: Sequence[str], output: str | None, as_json: bool, prior: Path
     else:
         show(shown_items(found))
     if prior is not None:
-        say_where(as_json, "prior", written_prior(found.trends, prior, cohort))
+        followed = [(each.series, each.cohorts) for each in found.trends]
+        say_where(as_json, "prior", written_prior(followed, prior, cohort))
     say_where(as_json, "report", page)
     return 1 if found.cars else 0 if found.judged else 2
 

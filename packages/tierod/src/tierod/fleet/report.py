@@ -17,9 +17,10 @@ from tierod.core.statuses import Status
 from tierod.core.version import __version__
 from tierod.fleet import report_words as words
 from tierod.fleet import schema
-from tierod.fleet.ranking import WORDS, Ranked, Reason, date, ranked
+from tierod.fleet.ranking import WORDS, Ranked, Reason, Urgency, date, ranked
 from tierod.fleet.series import series_of
-from tierod.fleet.standing import JUDGED, Standing, standings
+from tierod.fleet.standing import JUDGED, LAST, OFTEN, Standing, standings
+from tierod.fleet.standing import counted as counted_statuses
 from tierod.fleet.trends import Design, Trends, trends
 from tierod.methods.trends.change_evidence import STEP
 from tierod.report.document import plain
@@ -128,6 +129,60 @@ class FleetReport:
     created: str
     command: str = ""
 
+    @property
+    def title(self) -> str:
+        """First line: the worst true statement."""
+        vehicles, judged, cars = self.vehicles, self.judged, self.cars
+        if not vehicles:
+            return "There are no findings yet"
+        if cars:
+            counts = Counter(car.urgency for car in cars)
+            drives = counted_statuses(status for car in cars for status in car.to_confirm)
+            parts = [
+                f"{count} {WORDS[urgency]}" + (f" ({drives})" if urgency is Urgency.CONFIRM and drives else "")
+                for urgency, count in sorted(counts.items())
+            ]
+            return f"{len(cars)} of {vehicles} car{'s' * (vehicles > 1)} to look at: {', '.join(parts)}"
+        if not judged:
+            return f"No verdict on any of {vehicles} car{'s' * (vehicles > 1)}"
+        if judged < vehicles:
+            return f"No car of the {judged} with a verdict needs a look; {vehicles - judged} gave none"
+        return f"No car of {vehicles} needs a look"
+
+    @property
+    def state(self) -> tuple[str, str, str]:
+        """Symbol, appearance and word of the worst state."""
+        if self.cars:
+            return (*words.LOOKS[self.cars[0].urgency], self.cars[0].state)
+        if self.vehicles > self.judged:
+            missing = self.vehicles - self.judged
+            return "?", "open", "no verdict" if not self.judged else f"no verdict on {missing} of {self.vehicles} cars"
+        if self.judged > self.confirmed:
+            return Status.ESTIMATED.symbol, Status.ESTIMATED.colour, Status.ESTIMATED
+        return ("✓", "good", "nothing found") if self.judged else ("?", "open", "no findings")
+
+    @property
+    def advice(self) -> tuple[str, ...]:
+        """Paragraphs on what the reader should do."""
+        if not self.vehicles:
+            return ("What to do: judge recordings with 'tierod fleet RECORDINGS -o RESULTS'; write this page anew.",)
+        urgencies = {car.urgency for car in self.cars}
+        confirm = (
+            "look at the named drives of the cars to confirm with 'tierod diagnose', and judge their next drives. "
+            f"{OFTEN} faults in the last {LAST} judged drives are a persistent fault; {LAST} healthy ones clear a car."
+        )
+        if urgencies - {Urgency.CONFIRM}:
+            first = "What to do: call in the cars of the first table from its top; each row names the part to inspect."
+            return (first, *([f"L{confirm[1:]}"] if Urgency.CONFIRM in urgencies else []))
+        if urgencies:
+            return (f"What to do: {confirm}",)
+        if self.judged < self.vehicles:
+            return (
+                "What to do: find out why cars gave no verdict: run 'tierod diagnose' on one of their recordings; its "
+                "report shows what the drive, the recording or the vehicle file lacks.",
+            )
+        return ("What to do: nothing. Judge the next drives with 'tierod fleet', and write this page anew.",)
+
 
 def report(results: str | Path, design: Design | None = None, command: str = "") -> FleetReport:
     from tierod.fleet.results import findings_of, ledger_of
@@ -207,8 +262,8 @@ def document(report: FleetReport) -> dict[str, Any]:
         "command": report.command,
         "results": report.name,
         "design": dataclasses.asdict(report.design),
-        **dict(zip(("symbol", "colour", "status"), words.verdict(report), strict=True)),
-        "title": words.headline(report),
+        **dict(zip(("symbol", "colour", "status"), report.state, strict=True)),
+        "title": report.title,
         "vehicles": report.vehicles,
         "vehicles_with_verdict": report.judged,
         "recordings": report.outcomes,

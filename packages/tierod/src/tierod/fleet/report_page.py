@@ -54,9 +54,9 @@ def shown_items(report: FleetReport) -> Iterator[Item]:
 
 
 def _head(report: FleetReport) -> Verdict:
-    symbol, colour, state = words.verdict(report)
+    symbol, colour, state = report.state
     reasons = tuple(("To know", remark) for remark in report.remarks)
-    return Verdict(words.headline(report), Flag(state, symbol, colour), (), words.what_to_do(report), None, reasons)
+    return Verdict(report.title, Flag(state, symbol, colour), (), report.advice, None, reasons)
 
 
 def items(report: FleetReport) -> Iterator[Item]:

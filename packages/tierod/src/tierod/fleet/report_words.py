@@ -3,18 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
-from typing import TYPE_CHECKING
 
 from tierod.core.shown import plus_minus
-from tierod.core.statuses import Status
-from tierod.fleet.ranking import WORDS, Ranked, Urgency, date
-from tierod.fleet.standing import LAST, OFTEN, counted
+from tierod.fleet.ranking import Ranked, Urgency, date
 from tierod.fleet.trends import Trends
 from tierod.report.display import share
-
-if TYPE_CHECKING:
-    from tierod.fleet.report import FleetReport
 
 LOOKS = {
     Urgency.FAULT: ("✕", "bad"),
@@ -79,60 +72,6 @@ def cohort(trends: Trends, car: int) -> str:
 def since(trends: Trends, car: int) -> str:
     """Onset of the change, with its interval."""
     return f"{date(trends.onset(car))} ({date(trends.earliest[car])} to {date(trends.latest[car])})"
-
-
-def headline(report: FleetReport) -> str:
-    """First line of a report: its worst true statement."""
-    vehicles, judged, cars = report.vehicles, report.judged, report.cars
-    if not vehicles:
-        return "There are no findings yet"
-    if cars:
-        counts = Counter(car.urgency for car in cars)
-        drives = counted(status for car in cars for status in car.to_confirm)
-        parts = [
-            f"{count} {WORDS[urgency]}" + (f" ({drives})" if urgency is Urgency.CONFIRM and drives else "")
-            for urgency, count in sorted(counts.items())
-        ]
-        return f"{len(cars)} of {vehicles} car{'s' * (vehicles > 1)} to look at: {', '.join(parts)}"
-    if not judged:
-        return f"No verdict on any of {vehicles} car{'s' * (vehicles > 1)}"
-    if judged < vehicles:
-        return f"No car of the {judged} with a verdict needs a look; {vehicles - judged} gave none"
-    return f"No car of {vehicles} needs a look"
-
-
-def verdict(report: FleetReport) -> tuple[str, str, str]:
-    """Symbol, appearance and word of the worst state in a report."""
-    if report.cars:
-        return (*LOOKS[report.cars[0].urgency], report.cars[0].state)
-    if report.vehicles > report.judged:
-        missing = report.vehicles - report.judged
-        return "?", "open", "no verdict" if not report.judged else f"no verdict on {missing} of {report.vehicles} cars"
-    if report.judged > report.confirmed:
-        return Status.ESTIMATED.symbol, Status.ESTIMATED.colour, Status.ESTIMATED
-    return ("✓", "good", "nothing found") if report.judged else ("?", "open", "no findings")
-
-
-def what_to_do(report: FleetReport) -> tuple[str, ...]:
-    """Paragraphs on what the reader should do."""
-    if not report.vehicles:
-        return ("What to do: judge recordings with 'tierod fleet RECORDINGS -o RESULTS', then write this page anew.",)
-    urgencies = {car.urgency for car in report.cars}
-    confirm = (
-        "look at the named drives of the cars to confirm with 'tierod diagnose', and judge their next drives. "
-        f"{OFTEN} faults in the last {LAST} judged drives are a persistent fault; {LAST} healthy ones clear the car."
-    )
-    if urgencies - {Urgency.CONFIRM}:
-        first = "What to do: call in the cars of the first table from its top; each row names the part to inspect."
-        return (first, *([f"L{confirm[1:]}"] if Urgency.CONFIRM in urgencies else []))
-    if urgencies:
-        return (f"What to do: {confirm}",)
-    if report.judged < report.vehicles:
-        return (
-            "What to do: find out why cars gave no verdict: run 'tierod diagnose' on one of their recordings; its "
-            "report shows what the drive, the recording or the vehicle file lacks.",
-        )
-    return ("What to do: nothing. Judge the next drives with 'tierod fleet', and write this page anew.",)
 
 
 def shown_chance(trends: Trends, car: int) -> str:

@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,9 +19,6 @@ from tierod.methods.trends.drive_filter import Prior, TrendNoise
 from tierod.methods.trends.drive_scatter import DriveScatter, Wandering, drive_scatter, wandering
 from tierod.methods.trends.drives import Drives
 from tierod.methods.trends.fleet_alarms import EVERY
-
-if TYPE_CHECKING:
-    from tierod.fleet.trends import Trends
 
 TEMPERATURE, MILEAGE = 0, 1
 """Indices of the regressors of a series."""
@@ -264,10 +260,11 @@ def write_prior(path: str | Path, series: Series, expected: Expected) -> Path:
     return write_text(target, changed(text, {NOMINAL[quantity]: change}))
 
 
-def written_prior(found: Sequence[Trends], path: Path, cohort: Sequence[str]) -> str:
+def written_prior(found: Sequence[tuple[Series, Cohorted]], path: Path, cohort: Sequence[str]) -> str:
     """Write the level expected of a new car into a vehicle file; returns a sentence on it.
 
     Args:
+        found: series and cohorts of every quantity
         cohort: cohorts of the new car, each as KIND=NAME
     """
     labels = {}
@@ -276,11 +273,11 @@ def written_prior(found: Sequence[Trends], path: Path, cohort: Sequence[str]) ->
         if not (kind and equals and name):
             raise ParameterError(f"--cohort is '{each}'; expected KIND=NAME, such as 'rack batch=2025-47'")
         labels[kind.strip()] = name.strip()
-    followed = next((each for each in found if each.series.watched.quantity in NOMINAL), None)
-    if followed is None or followed.cohorts.cohorts is None:
-        why = "no quantity with a nominal value is followed" if followed is None else followed.cohorts.remark
+    series, learnt = next((each for each in found if each[0].watched.quantity in NOMINAL), (None, None))
+    if series is None or learnt is None or learnt.cohorts is None:
+        why = "no quantity with a nominal value is followed" if learnt is None else learnt.remark
         raise InputError(f"these results give no expected level of a new car: {why}")
-    expected = expected_of(followed.cohorts.cohorts, followed.series, labels)
-    write_prior(path, followed.series, expected)
-    size = plus_minus(expected.value, expected.standard_deviation, followed.series.watched.unit)
-    return f"{path}: {NOMINAL[followed.series.watched.quantity]} is {size} ({expected.source})"
+    expected = expected_of(learnt.cohorts, series, labels)
+    write_prior(path, series, expected)
+    size = plus_minus(expected.value, expected.standard_deviation, series.watched.unit)
+    return f"{path}: {NOMINAL[series.watched.quantity]} is {size} ({expected.source})"
