@@ -19,8 +19,8 @@ from tierod.methods.estimators.observers import FixedLag, Luenberger
 from tierod.methods.estimators.stationary_bank import StationaryBank
 from tierod.methods.filters import Butterworth, Differentiator, FirstOrderLowPass, InputHold, JumpGate
 from tierod.methods.identification.drive_model import DriveLikelihood, DriveNoises, drive_filter
+from tierod.methods.identification.maximum_likelihood import Innovations, Simulation
 from tierod.methods.identification.sampled_column import BenchParameters, RoundedColumn, SampledColumn
-from tierod.methods.identification.simulation import Innovations, Simulation
 from tierod.models.friction_estimation import FrictionEstimation as EstimatedFriction
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.models.stator_frame_motor import SampledMotorParameters

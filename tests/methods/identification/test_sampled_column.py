@@ -9,8 +9,8 @@ from scipy.linalg import expm
 
 from tierod.core.block import rebuild, skeleton
 from tierod.core.graph import jacobian, scan
+from tierod.methods.identification.maximum_likelihood import Simulation
 from tierod.methods.identification.sampled_column import BenchInput, BenchParameters, RoundedColumn, SampledColumn
-from tierod.methods.identification.simulation import Simulation
 from tierod.models.linear import linearise
 from tierod.models.steering_column import ColumnInput, ColumnWithFriction, SteeringColumn
 from tierod.vehicles import load

@@ -7,7 +7,7 @@ import pytest
 
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.recording import Recording
-from tierod.methods.identification.posterior import Posterior, Prior
+from tierod.methods.identification.map_search import Posterior, Prior
 from tierod.methods.identification.vehicle import identify_vehicle
 from tierod.methods.identification.vehicle_judgement import (
     BOUND,

@@ -15,8 +15,8 @@ from tierod.core.block import Tree, rebuild, skeleton
 from tierod.core.graph import scan
 from tierod.core.model import Model
 from tierod.methods.identification.experiment import Estimate, Experiment, Free, with_values
+from tierod.methods.identification.maximum_likelihood import Simulation
 from tierod.methods.identification.regression import sandwich
-from tierod.methods.identification.simulation import Simulation
 
 _FAR = 1e6
 """Residual of a diverged simulation, in standard deviations."""

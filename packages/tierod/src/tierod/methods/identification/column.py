@@ -26,8 +26,8 @@ from tierod.methods.identification.column_fit import (
 )
 from tierod.methods.identification.column_misfit import refuse_slips
 from tierod.methods.identification.experiment import Estimate, Found, Whiteness, normalised_error, whiteness
+from tierod.methods.identification.maximum_likelihood import Simulation
 from tierod.methods.identification.sampled_column import BenchParameters, SampledColumn
-from tierod.methods.identification.simulation import Simulation
 from tierod.physics.friction import dahl_update
 
 

@@ -18,7 +18,7 @@ from tierod.methods.analysis.noise import usual_deviation, white_noise
 from tierod.methods.identification.drive_model import DriveLikelihood, DriveNoises, drive_filter
 from tierod.methods.identification.drives import ANGLES, RATE, Drive, drives_of, refuse_unlike
 from tierod.methods.identification.experiment import UNKNOWN_BEFORE, Found
-from tierod.methods.identification.posterior import ENOUGH, TRUSTED, Built, Posterior, Prior, Search, considering
+from tierod.methods.identification.map_search import ENOUGH, TRUSTED, Built, Posterior, Prior, Search, considering
 from tierod.methods.identification.vehicle_judgement import (
     LEARNT,
     Contradiction,

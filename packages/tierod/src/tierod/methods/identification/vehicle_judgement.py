@@ -10,7 +10,7 @@ import numpy as np
 
 from tierod.methods.identification.drive_model import SLOWEST
 from tierod.methods.identification.drives import Drive
-from tierod.methods.identification.posterior import Posterior, Prior
+from tierod.methods.identification.map_search import Posterior, Prior
 from tierod.methods.identification.vehicle_priors import spread_of
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.physics.gravity import GRAVITY

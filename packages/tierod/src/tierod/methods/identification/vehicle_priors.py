@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import fields
 
 from tierod.methods.identification.drive_model import DriveNoises
-from tierod.methods.identification.posterior import Prior
+from tierod.methods.identification.map_search import Prior
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.vehicles import QUANTITIES, Vehicle
 from tierod.vehicles.classes import class_of, typical_spread
