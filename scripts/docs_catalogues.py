@@ -20,7 +20,7 @@ from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.report.display import words
 from tierod.report.glossary import TERMS
 from tierod.vehicles import QUANTITIES, load, shipped
-from tierod_lab.papers.condition.rules.catalogue import RESIDUALS
+from tierod_lab.papers.condition.rules.parameters import RESIDUALS
 
 
 def pages() -> dict[str, Callable[[], str]]:

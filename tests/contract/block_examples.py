@@ -62,14 +62,13 @@ from tierod_lab.papers.condition.rules.actuator_set import ActuatorSet, actuator
 from tierod_lab.papers.condition.rules.adaptive_speed import AdaptiveSpeed
 from tierod_lab.papers.condition.rules.all_residuals import AllResiduals
 from tierod_lab.papers.condition.rules.calibration import ResidualCalibration
-from tierod_lab.papers.condition.rules.catalogue import RESIDUALS
 from tierod_lab.papers.condition.rules.diagnosis import RuleDiagnosis
-from tierod_lab.papers.condition.rules.parameters import Coefficients
+from tierod_lab.papers.condition.rules.parameters import RESIDUALS, Coefficients
 from tierod_lab.papers.condition.rules.readings import ResidualThreshold
 from tierod_lab.papers.condition.rules.residual_set import ResidualSet, residual_set
 from tierod_lab.papers.condition.rules.rule_monitor import RuleMonitor, RulesWithReaction, rule_monitor
 from tierod_lab.papers.condition.rules.steering_signals import LostShares, SteeringSignals
-from tierod_lab.papers.condition.rules.symptom_files import rules
+from tierod_lab.papers.condition.rules.symptoms import rules
 from tierod_lab.papers.friction.linearised import LinearisedFrictionMonitor, linearised
 from tierod_lab.papers.friction.presets import consistent, unscented
 from tierod_lab.papers.friction.refined import RefinedFrictionMonitor
@@ -83,9 +82,9 @@ from tierod_lab.papers.sideslip.conventional import (
     conventional_kalman,
     conventional_poles,
 )
-from tierod_lab.papers.sideslip.rivals import LeakyKinematic
 from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle
 from tierod_lab.papers.sideslip.two_stage import TwoStageKalman, TwoStagePoles, two_stage_kalman, two_stage_poles
+from tierod_lab.papers.sideslip.typical_cars import LeakyKinematic
 
 DT = 0.01
 BENCH = load("column-bench").parameters_for(BenchParameters)

@@ -9,7 +9,7 @@ from shared_data import shared_data
 from tierod.core.errors import ParameterError
 from tierod.core.fields import numbers
 from tierod.core.graph import scan
-from tierod.core.toml import Document
+from tierod.core.toml_document import Document
 from tierod.io.derive import complete
 from tierod.io.readers import read
 from tierod_lab.ground.cars.catalogue import Choice, by_path, load, shipped

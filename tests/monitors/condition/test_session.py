@@ -8,8 +8,8 @@ import pytest
 
 from driven import odd_drives
 from said import said
-from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
+from tierod.core.statuses import Status
 from tierod.monitors.condition.definition import CONDITION
 from tierod.monitors.condition.elements import SLID
 from tierod.monitors.condition.signals import ACTUATORS, OF_AUTOMATED, TARGETS

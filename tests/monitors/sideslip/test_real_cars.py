@@ -8,9 +8,9 @@ import pytest
 
 from exact_vehicle import diagnose
 from shared_data import shared_data
-from tierod.core.findings import Status
 from tierod.core.graph import Stream
 from tierod.core.recording import Recording
+from tierod.core.statuses import Status
 from tierod.io.derive import complete
 from tierod.io.readers import load_channel_map, read
 from tierod.monitors.sideslip.estimator import CombinedSideslip

@@ -13,15 +13,16 @@ from methods.analysis.column_sets import TORQUES, column
 from tierod.core.errors import ParameterError
 from tierod.models.linear import LinearSystem, linearise
 from tierod.models.steering_column import ColumnInput, TwoInertiaColumn, without_gear
-from tierod_lab.papers.column.balancing import (
-    balanced,
-    controllability_gramian,
-    gramian_condition,
-    observability_gramian,
-)
 from tierod_lab.papers.column.columns import EIGENVALUES, SETS, extended
 from tierod_lab.papers.column.frequency_response import frequency_response, largest_difference
-from tierod_lab.papers.column.model_reduction import balanced_reduction, modal_reduction
+from tierod_lab.papers.column.model_reduction import (
+    balanced,
+    balanced_reduction,
+    controllability_gramian,
+    gramian_condition,
+    modal_reduction,
+    observability_gramian,
+)
 
 
 @pytest.mark.parametrize("rate", [-2.0, 0.0, 3.0])

@@ -26,9 +26,9 @@ from tierod_lab.papers.condition.drives import (
     supply_tests,
 )
 from tierod_lab.papers.condition.faults import OFFSET, Injected, lost
-from tierod_lab.papers.condition.recorded import MEASURED, TRUTHS, recorded
+from tierod_lab.papers.condition.recorded import TRUTHS, recorded
 from tierod_lab.papers.condition.substitutes import _squares
-from tierod_lab.papers.condition.vehicles import vehicle
+from tierod_lab.papers.condition.vehicles import MEASURED, vehicle
 from tierod_lab.studies.effort import Results
 
 

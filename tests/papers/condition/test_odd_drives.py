@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from driven import odd_drives
-from tierod.core.findings import Diagnosis, Element, Episode, Finding, Status
+from tierod.core.findings import Diagnosis, Element, Episode, Finding
+from tierod.core.statuses import Status
 from tierod.vehicles import load
 from tierod_lab.papers.condition import odd
 from tierod_lab.studies.effort import Effort

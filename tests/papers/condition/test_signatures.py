@@ -1,6 +1,6 @@
 """Residuals' signatures by equation and by measurement, on shares made by hand."""
 
-from tierod_lab.papers.condition.rules.catalogue import RESIDUALS
+from tierod_lab.papers.condition.rules.parameters import RESIDUALS
 from tierod_lab.papers.condition.signatures import Seen, disagreements, theory_and_measurement, uses
 
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from tierod.core.findings import Status
+from tierod.core.statuses import Status
 from tierod_lab.papers.friction.cases import HEALTHY, Case
 from tierod_lab.papers.friction.digest import Course, Digest, Verdict, Windows
 from tierod_lab.papers.friction.estimators import BASELINES, DEFAULT, ESTIMATORS

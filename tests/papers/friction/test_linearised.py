@@ -8,8 +8,7 @@ import pytest
 from models.friction_paper import CAR
 from tierod.core.graph import scan
 from tierod.vehicles import load
-from tierod_lab.papers.friction.linearised import linearised
-from tierod_lab.papers.friction.linearised_model import VariableRatioParameters
+from tierod_lab.papers.friction.linearised import VariableRatioParameters, linearised
 
 GROWTH, FRICTION = 0.06, 6.0
 

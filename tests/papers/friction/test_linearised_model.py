@@ -10,8 +10,8 @@ from tierod.core.graph.derivatives import jacobian
 from tierod.models.friction_estimation import FrictionEstimation
 from tierod.physics.friction import smooth_sign_slope
 from tierod.physics.steering_ratio import variable_ratio, variable_ratio_slope
-from tierod_lab.papers.friction.linearised_model import LinearisedFrictionEstimation as Model
-from tierod_lab.papers.friction.linearised_model import VariableRatioParameters
+from tierod_lab.papers.friction.linearised import LinearisedFrictionEstimation as Model
+from tierod_lab.papers.friction.linearised import VariableRatioParameters
 
 GROWTH, WIDTH = 0.06, 0.02
 KNOWN = {name: getattr(CAR, name) for name in CAR.__dataclass_fields__}

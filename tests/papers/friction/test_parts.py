@@ -5,7 +5,7 @@ import pytest
 
 from papers.friction.made_drives import QUICK, claims_of, made_drives, right
 from tierod.core.content import Chart, Table
-from tierod.core.findings import Status
+from tierod.core.statuses import Status
 from tierod_lab.papers.friction import (
     all_terms,
     baseline,

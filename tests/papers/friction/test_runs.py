@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tierod.core.errors import ParameterError, TierodError
-from tierod.core.findings import Status
+from tierod.core.statuses import Status
 from tierod.work.pool import Failure
 from tierod_lab.ground import FrictionCourse
 from tierod_lab.papers.friction.cases import Case

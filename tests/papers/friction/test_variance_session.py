@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from papers.friction.test_variance_method import UNGATED
-from tierod.core.findings import Status
+from tierod.core.statuses import Status
 from tierod_lab.papers.friction.variance_session import NEEDED_WINDOWS, VarianceSession
 
 WINDOW = UNGATED.block_samples * UNGATED.blocks

@@ -2,7 +2,7 @@ import numpy as np
 from scipy.linalg import solve_discrete_are
 
 from tierod.models.linear import LinearSystem
-from tierod_lab.papers.sideslip.fixed_gain import error_radius, stationary_covariance
+from tierod_lab.papers.sideslip.schedule import error_radius, stationary_covariance
 
 
 def test_the_covariance_of_an_optimal_gain_is_that_of_the_riccati_equation():

@@ -11,7 +11,7 @@ from scipy.linalg import solve_discrete_lyapunov
 from tierod.core.errors import ParameterError
 from tierod.vehicles import load
 from tierod_lab.methods.pole_placement import discrete_poles
-from tierod_lab.papers.condition.rules.exponential import discretise_pair
+from tierod_lab.papers.condition.rules.rack import discretise_pair
 from tierod_lab.papers.sideslip.conventional import placed
 from tierod_lab.papers.sideslip.schedule import (
     SPEEDS,

@@ -11,8 +11,7 @@ from tierod.models.single_track import SingleTrack
 from tierod.models.steer_by_wire import steering_acceleration
 from tierod.vehicles import load
 from tierod_lab.papers.sideslip.observer_datasets import steady
-from tierod_lab.papers.sideslip.steered_single_track import TurnedSingleTrack, TurnedSteeredVehicle
-from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle
+from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle, TurnedSingleTrack, TurnedSteeredVehicle
 
 M, IZ, A, B, CF, CR = 1640.0, 3500.0, 1.33, 1.31, 100e3, 140e3
 CAR = SingleTrack.Parameters(M, IZ, A, B, CF, CR)

@@ -12,7 +12,7 @@ from tierod.core.graph import scan
 from tierod.core.recording import Channel, Recording
 from tierod.monitors.sideslip.tuning import YAW_ADAPTATION, tuning_of
 from tierod.vehicles import load
-from tierod_lab.papers.sideslip import combined_datasets, observer_datasets, real_datasets, rivals
+from tierod_lab.papers.sideslip import combined_datasets, observer_datasets, real_datasets, typical_cars
 from tierod_lab.papers.sideslip.calibration import beside_truth
 from tierod_lab.papers.sideslip.combined_drives import FRONT, REAR, both_stiff, from_file, general
 from tierod_lab.papers.sideslip.typical_cars import PASSENGER, SPORTS, kinematic, measured_wrong, steady, typical
@@ -158,7 +158,7 @@ def recording(**values):
 
 
 def test_the_leaky_integral_follows_its_equation():
-    block = rivals.LeakyKinematic(0.01, 1.5)
+    block = typical_cars.LeakyKinematic(0.01, 1.5)
     out = scan(block, np.tile([20.0, 0.1, 3.0], (3000, 1))).values[:, 0]
     assert out[-1] == pytest.approx((3.0 - 2.0) * 1.5 / 20.0, rel=1e-6)  # v' = 0 where a - r V = v / leak
     reached = np.flatnonzero(out > out[-1] * (1.0 - math.exp(-1.0)))[0] * 0.01
@@ -172,7 +172,7 @@ def test_geometry_finds_the_distance_that_made_the_truth():
         vehicle_speed=speed,
         sideslip_angle=1.2 * rate / speed,
     )
-    seen = rivals.geometric(made, 10.0)
+    seen = typical_cars.geometric(made, 10.0)
     np.testing.assert_allclose(seen.estimate, seen.truth, atol=1e-12)
 
 
@@ -180,8 +180,8 @@ def test_a_linear_car_is_found_by_the_linear_filter():
     car = load("ferrari-250lm")
     steer = 0.02 * np.sin(2.0 * TIME)
     stiffness = {"front": 7e4, "rear": 1.1e5}
-    tuned = rivals.LINEAR_START | stiffness
-    block = rivals.linear_filter(car, tuned)
+    tuned = typical_cars.LINEAR_START | stiffness
+    block = typical_cars.linear_filter(car, tuned)
     quiet = np.column_stack([steer, np.full(len(TIME), 25.0), np.full((len(TIME), 2), np.nan)])
     out = scan(block, quiet)
     made = recording(
@@ -191,6 +191,6 @@ def test_a_linear_car_is_found_by_the_linear_filter():
         lateral_acceleration=np.gradient(out["mean.sideslip_angle"], 0.01) * 25.0 + 25.0 * out["mean.yaw_rate"],
         sideslip_angle=out["mean.sideslip_angle"],
     )
-    found = rivals.linear(made, car, 10.0)
+    found = typical_cars.linear(made, car, 10.0)
     spread = float(np.std(found.truth))
     assert found.figures(10.0).rms < 0.05 * spread

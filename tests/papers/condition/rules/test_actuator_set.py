@@ -6,8 +6,7 @@ from tierod.core.graph import scan
 from tierod.monitors.condition.signals import ConditionSample
 from tierod_lab.papers.condition.rules.actuator_set import actuator_set
 from tierod_lab.papers.condition.rules.all_residuals import AllResiduals
-from tierod_lab.papers.condition.rules.catalogue import ACTUATOR_RESIDUALS, RESIDUALS
-from tierod_lab.papers.condition.rules.parameters import Coefficients
+from tierod_lab.papers.condition.rules.parameters import ACTUATOR_RESIDUALS, RESIDUALS, Coefficients
 from tierod_lab.papers.condition.rules.residual_set import residual_set
 
 KNOWN = Coefficients(1.0, 1.0, 0.1, 0.5, 0.4, 0.1, 0.2, 100.0, 0.5, 10.0, 1e-3, 0.01, 400.0, 50.0, 0.3, 200.0)

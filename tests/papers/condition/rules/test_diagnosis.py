@@ -3,9 +3,9 @@ import math
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.core.toml import Document
+from tierod.core.toml_document import Document
 from tierod_lab.papers.condition.rules.diagnosis import RuleDiagnosis
-from tierod_lab.papers.condition.rules.symptom_files import table_of
+from tierod_lab.papers.condition.rules.symptoms import table_of
 
 RESIDUALS = tuple(f"r{k}" for k in range(1, 8))
 FAULTS = ("left", "right", "gyro", "angle")

@@ -14,9 +14,9 @@ from tierod_lab.papers.condition.rules.adaptive_speed import AdaptiveSpeed
 from tierod_lab.papers.condition.rules.all_residuals import AllResiduals
 from tierod_lab.papers.condition.rules.equations import Equations
 from tierod_lab.papers.condition.rules.parameters import Coefficients
+from tierod_lab.papers.condition.rules.rack import StiffRack
 from tierod_lab.papers.condition.rules.residual_set import residual_set
 from tierod_lab.papers.condition.rules.steering_signals import SteeringSignals
-from tierod_lab.papers.condition.rules.stiff_rack import StiffRack
 
 KNOWN = Coefficients(1.1, 1.2, 0.13, 0.5, 0.4, 0.1, 0.2, 90.0, 0.6, 10.0, 1e-3, 0.01)
 EQUATIONS = Equations(CAR, KNOWN, moving=1.5, printed=False)

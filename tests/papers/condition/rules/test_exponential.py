@@ -7,7 +7,7 @@ from scipy.linalg import expm
 
 from tierod.core.errors import ParameterError
 from tierod.models.single_track import SingleTrack
-from tierod_lab.papers.condition.rules.exponential import discretise_pair
+from tierod_lab.papers.condition.rules.rack import discretise_pair
 
 
 class Pair(NamedTuple):

@@ -7,11 +7,9 @@ from scipy.linalg import expm
 from monitors.condition.demonstrator import CAR, circle
 from tierod.core.graph import scan
 from tierod.monitors.condition.signals import ConditionSample
-from tierod_lab.papers.condition.rules.catalogue import RESIDUALS, SENSOR_RESIDUALS
-from tierod_lab.papers.condition.rules.exponential import discretise_pair
-from tierod_lab.papers.condition.rules.parameters import Coefficients
+from tierod_lab.papers.condition.rules.parameters import RESIDUALS, SENSOR_RESIDUALS, Coefficients
+from tierod_lab.papers.condition.rules.rack import StiffRack, discretise_pair
 from tierod_lab.papers.condition.rules.residual_set import residual_set
-from tierod_lab.papers.condition.rules.stiff_rack import StiffRack
 
 pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")
 

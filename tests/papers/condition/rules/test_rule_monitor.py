@@ -11,11 +11,10 @@ from tierod.core.signals import SIGNALS
 from tierod.monitors.condition.courses import FAULT, SUSPECT
 from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, OF_AUTOMATED, ConditionSample
 from tierod_lab.papers.condition.rules.calibration import ResidualCalibration, calibrate_residuals
-from tierod_lab.papers.condition.rules.catalogue import RESIDUALS
-from tierod_lab.papers.condition.rules.parameters import Coefficients
+from tierod_lab.papers.condition.rules.parameters import RESIDUALS, Coefficients
 from tierod_lab.papers.condition.rules.readings import Excitation, ResidualThreshold
 from tierod_lab.papers.condition.rules.rule_monitor import rule_monitor
-from tierod_lab.papers.condition.rules.symptom_files import FILES, rules
+from tierod_lab.papers.condition.rules.symptoms import FILES, rules
 
 pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")
 

@@ -5,8 +5,7 @@ import pytest
 from tierod.core.errors import ParameterError
 from tierod_lab.papers.condition.residuals import USUAL, judged
 from tierod_lab.papers.condition.rules.calibration import ResidualCalibration
-from tierod_lab.papers.condition.rules.catalogue import RESIDUALS
-from tierod_lab.papers.condition.rules.parameters import Coefficients
+from tierod_lab.papers.condition.rules.parameters import RESIDUALS, Coefficients
 from tierod_lab.papers.condition.rules.readings import ResidualThreshold
 from tierod_lab.papers.condition.rules.storage import read_calibration, shipped_calibration, text_of, widen
 

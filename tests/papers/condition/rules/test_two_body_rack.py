@@ -11,9 +11,7 @@ from monitors.condition.demonstrator import CAR
 from tierod.core.errors import ParameterError
 from tierod.core.graph.derivatives import jacobian
 from tierod.models.linear import discretise
-from tierod_lab.papers.condition.rules.stiff_exponential import discretise_stiff
-from tierod_lab.papers.condition.rules.stiff_rack import StiffRack
-from tierod_lab.papers.condition.rules.two_body_rack import TwoBodyRack
+from tierod_lab.papers.condition.rules.rack import StiffRack, TwoBodyRack, discretise_stiff
 
 MASS, TEETH, LOSS = 3.0, 1e8, 1e3
 RUBBING = TwoBodyRack.Parameters(**asdict(CAR.rack), rack_mass=MASS, tooth_stiffness=TEETH, tooth_damping=LOSS)

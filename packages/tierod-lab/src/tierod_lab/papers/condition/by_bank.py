@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from tierod.core.findings import Status
 from tierod.core.graph import Bank, Result, scan
 from tierod.core.recording import Recording
 from tierod.core.statement import code_of
+from tierod.core.statuses import Status
 from tierod.monitors.condition.definition import condition_monitor
 from tierod.monitors.condition.kinds import KINDS
 from tierod.monitors.condition.limits import NAME, aligned, designed_on, table_of, watch

@@ -14,8 +14,8 @@ from tierod_lab.papers.condition.drives import SENSORS, TEST_SECONDS, Drive, bot
 from tierod_lab.papers.condition.faults import LOSS, Injected, lost
 from tierod_lab.papers.condition.recorded import recorded
 from tierod_lab.papers.condition.rules.all_residuals import AllResiduals
-from tierod_lab.papers.condition.rules.catalogue import ACTUATOR_RESIDUALS, SENSOR_RESIDUALS
 from tierod_lab.papers.condition.rules.fit import samples_of
+from tierod_lab.papers.condition.rules.parameters import ACTUATOR_RESIDUALS, SENSOR_RESIDUALS
 from tierod_lab.papers.condition.rules.readings import Excitation
 from tierod_lab.papers.condition.rules.rule_monitor import RuleMonitor
 from tierod_lab.papers.condition.runs import BEST, VARIANTS, calibrations, diagnosed

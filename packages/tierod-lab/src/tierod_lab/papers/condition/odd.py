@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from tierod.core.claims import Claim, exactly
 from tierod.core.content import Heading, Item, Table
 from tierod.core.errors import TierodError
-from tierod.core.findings import Diagnosis, Status
+from tierod.core.findings import Diagnosis
 from tierod.core.recording import Recording
+from tierod.core.statuses import Status
 from tierod.monitors.diagnose import diagnose
 from tierod.vehicles import Vehicle
 from tierod_lab.papers.condition.odd_drives import NOT_HEALTHY, odd_drives

@@ -18,9 +18,8 @@ from tierod_lab.papers.condition.rules.actuator_set import actuator_set
 from tierod_lab.papers.condition.rules.adaptive_speed import AdaptiveSpeed
 from tierod_lab.papers.condition.rules.all_residuals import AllResiduals
 from tierod_lab.papers.condition.rules.calibration import ResidualCalibration
-from tierod_lab.papers.condition.rules.catalogue import RESIDUALS
 from tierod_lab.papers.condition.rules.fit import SETTLING, samples_of
-from tierod_lab.papers.condition.rules.parameters import Coefficients, ResidualParameters
+from tierod_lab.papers.condition.rules.parameters import RESIDUALS, Coefficients, ResidualParameters
 from tierod_lab.papers.condition.rules.readings import ResidualThreshold
 from tierod_lab.papers.condition.rules.residual_set import residual_set
 from tierod_lab.papers.condition.rules.routes import steer_of_rolling

@@ -16,8 +16,13 @@ from tierod_lab.papers.condition.by_rules import said
 from tierod_lab.papers.condition.drives import Drive, actuator_tests, healthy_drives, sensor_tests
 from tierod_lab.papers.condition.recorded import calibration_set, recorded
 from tierod_lab.papers.condition.rules.calibration import ResidualCalibration, calibrate_residuals
-from tierod_lab.papers.condition.rules.catalogue import RESIDUALS, SENSOR_RESIDUALS, Residual, residual
-from tierod_lab.papers.condition.rules.parameters import ResidualParameters
+from tierod_lab.papers.condition.rules.parameters import (
+    RESIDUALS,
+    SENSOR_RESIDUALS,
+    Residual,
+    ResidualParameters,
+    residual,
+)
 from tierod_lab.papers.condition.rules.readings import Excitation, ResidualThreshold
 from tierod_lab.papers.condition.rules.rule_monitor import RuleMonitor, rule_monitor
 from tierod_lab.papers.condition.runs import calibrations

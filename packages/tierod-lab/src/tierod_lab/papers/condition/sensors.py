@@ -14,7 +14,7 @@ from tierod_lab.papers.condition import causes, tables
 from tierod_lab.papers.condition.drives import SENSORS, Drive, sensor_tests
 from tierod_lab.papers.condition.faults import LOSS, OFFSET, OUTLIER
 from tierod_lab.papers.condition.reported import vehicles
-from tierod_lab.papers.condition.rules.catalogue import PAPER
+from tierod_lab.papers.condition.rules.parameters import PAPER
 from tierod_lab.papers.condition.runs import BEST, VARIANTS, scores
 from tierod_lab.papers.condition.scoring import AMBIGUOUS, UNNAMED, DriveScore
 from tierod_lab.papers.condition.summary import share_within, summary

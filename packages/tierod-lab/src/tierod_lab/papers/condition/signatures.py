@@ -13,8 +13,8 @@ from tierod.core.recording import Recording
 from tierod_lab.papers.condition.drives import ACTUATORS, SENSORS, Drive
 from tierod_lab.papers.condition.faults import TARGETS
 from tierod_lab.papers.condition.rules.all_residuals import AllResiduals
-from tierod_lab.papers.condition.rules.catalogue import RESIDUALS, SENSOR_RESIDUALS
 from tierod_lab.papers.condition.rules.fit import samples_of
+from tierod_lab.papers.condition.rules.parameters import RESIDUALS, SENSOR_RESIDUALS
 from tierod_lab.papers.condition.rules.readings import Excitation
 from tierod_lab.papers.condition.rules.rule_monitor import RuleMonitor
 

@@ -16,8 +16,8 @@ from tierod_lab.papers.condition.faults import LOSS, Injected, lost
 from tierod_lab.papers.condition.figures import EIGHT, RULES
 from tierod_lab.papers.condition.recorded import RATE, recorded
 from tierod_lab.papers.condition.rules.all_residuals import AllResiduals
-from tierod_lab.papers.condition.rules.catalogue import PAPER, residual
 from tierod_lab.papers.condition.rules.fit import samples_of
+from tierod_lab.papers.condition.rules.parameters import PAPER, residual
 from tierod_lab.papers.condition.rules.readings import ResidualThreshold
 from tierod_lab.papers.condition.rules.rule_monitor import RuleMonitor
 from tierod_lab.papers.condition.runs import BEST, VARIANTS, calibrations, diagnosed

@@ -27,10 +27,8 @@ from tierod_lab.papers.condition.rules.angle_filters import (
     two_bodies,
     two_body_parameters,
 )
-from tierod_lab.papers.condition.rules.catalogue import PAPER
-from tierod_lab.papers.condition.rules.parameters import ResidualParameters
-from tierod_lab.papers.condition.rules.stiff_rack import StiffRack
-from tierod_lab.papers.condition.rules.two_body_rack import TwoBodyRack
+from tierod_lab.papers.condition.rules.parameters import PAPER, ResidualParameters
+from tierod_lab.papers.condition.rules.rack import StiffRack, TwoBodyRack
 from tierod_lab.papers.condition.vehicles import SHORT
 from tierod_lab.studies.effort import Effort
 

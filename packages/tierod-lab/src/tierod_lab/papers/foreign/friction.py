@@ -11,8 +11,8 @@ import numpy as np
 from tierod.core.block import leaves, skeleton
 from tierod.core.claims import Claim, at_least, at_most, exactly
 from tierod.core.content import Heading, Item, Table
-from tierod.core.findings import Status
 from tierod.core.graph import scan
+from tierod.core.statuses import Status
 from tierod_lab.papers.foreign.reported import COLUMN, FRICTION
 from tierod_lab.papers.foreign.rubbing_column import LUGRE, MAXWELL, SIGNALS, RubbingCar, course, driven, sliding_level
 from tierod_lab.papers.friction.estimators import monitor

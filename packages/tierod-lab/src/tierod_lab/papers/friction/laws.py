@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from tierod.core.claims import Claim, between, exactly
 from tierod.core.content import Heading, Item, Table
-from tierod.core.findings import Status
+from tierod.core.statuses import Status
 from tierod_lab.papers.friction import estimators as named
 from tierod_lab.papers.friction.cases import HEALTHY, Case
 from tierod_lab.papers.friction.fleet import FOUND, GOAL, LARGEST_BIAS

@@ -1,16 +1,88 @@
-"""The refined monitor with every term of its linearised balance, eq (19)."""
+"""The linearised friction monitor of eq (19), and its model."""
 
 from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, NamedTuple
 
+from tierod.core.block import Scalar
 from tierod.methods.estimators.shapes import Belief
-from tierod.models.friction_estimation import FrictionParameters
-from tierod_lab.papers.friction.linearised_model import LinearisedFrictionEstimation, VariableRatioParameters
+from tierod.models.friction_estimation import (
+    FrictionEstimation,
+    FrictionParameters,
+    SmoothFrictionParameters,
+    state_after,
+)
+from tierod.physics.friction import smooth_sign_slope
+from tierod.physics.steering_ratio import (
+    column_torque_of_motor,
+    torque_at_steering_wheel,
+    variable_ratio,
+    variable_ratio_slope,
+)
 from tierod_lab.papers.friction.presets import joint_filter
 from tierod_lab.papers.friction.refined import RefinedFrictionMonitor
+
+
+@dataclass(frozen=True)
+class VariableRatioParameters(SmoothFrictionParameters):
+    """Parameters of the joint model with variable ratio, named as in a vehicle file.
+
+    Args:
+        steering_ratio_growth: relative growth of the ratio with the squared angle [1/rad^2]; zero is a constant ratio
+        with_ratio_slope: 1 with the term of rho' in eq (19), 0 without
+        with_sign_slope: 1 with the term of delta in eq (19), 0 without
+    """
+
+    steering_ratio_growth: Annotated[float, "1/rad**2"] = 0.0
+    with_ratio_slope: Annotated[float, ""] = 1.0
+    with_sign_slope: Annotated[float, ""] = 1.0
+
+
+class LinearisedFrictionEstimation:
+    """The joint model of `FrictionEstimation` with all terms of its linearisation.
+
+    The torques rho(theta) M_z and T_f sgn(theta') are products, whose linearisation has the terms
+    rho'(theta*) M_z* (theta - theta*) and 2 delta(theta'*) T_f* (theta' - theta'*). The paper omits both and prints the
+    second without the factor 2, although d sgn(x)/dx = 2 delta(x). Delta is that of a sign smoothed by tanh over
+    `smoothing_rate`: a damping of T_f / smoothing_rate near standstill, and none at several times that rate.
+
+    Source: Mohtat et al., eq (19).
+    """
+
+    State = FrictionEstimation.State
+    Output = FrictionEstimation.Output
+    Parameters = VariableRatioParameters
+
+    class Input(NamedTuple):
+        driver_torque: Annotated[float, "N*m"]
+        motor_torque: Annotated[float, "N*m"]
+        lateral_acceleration: Annotated[float, "m/s**2"]
+        direction: Annotated[float, ""]
+        angle_there: Annotated[float, "rad"]
+        rate_there: Annotated[float, "rad/s"]
+        aligning_there: Annotated[float, "N*m"]
+        friction_there: Annotated[float, "N*m"]
+
+    @staticmethod
+    def transition(x: FrictionEstimation.State, u: Input, p: VariableRatioParameters) -> FrictionEstimation.State:
+        ratio = variable_ratio(u.angle_there, p.steering_ratio, p.steering_ratio_growth)
+        slope = variable_ratio_slope(u.angle_there, p.steering_ratio, p.steering_ratio_growth)
+        turned = x.steering_wheel_angle - u.angle_there
+        aligning = torque_at_steering_wheel(x.self_aligning_torque, ratio)
+        aligning = aligning + p.with_ratio_slope * torque_at_steering_wheel(u.aligning_there, slope * turned)
+        net = u.driver_torque + column_torque_of_motor(u.motor_torque, p.motor_ratio) - aligning - _friction(x, u, p)
+        return state_after(x, net, u.lateral_acceleration, p)
+
+    @staticmethod
+    def output(x: FrictionEstimation.State, u: Input, p: VariableRatioParameters) -> FrictionEstimation.Output:
+        return FrictionEstimation.Output(x.steering_wheel_angle, x.steering_wheel_rate, x.yaw_rate)
+
+
+def _friction(x: FrictionEstimation.State, u: LinearisedFrictionEstimation.Input, p: VariableRatioParameters) -> Scalar:
+    turn = smooth_sign_slope(u.rate_there, p.smoothing_rate) * (x.steering_wheel_rate - u.rate_there)
+    return x.friction_torque * u.direction + p.with_sign_slope * u.friction_there * turn
 
 
 @dataclass(frozen=True)

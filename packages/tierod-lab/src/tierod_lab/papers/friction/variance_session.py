@@ -8,9 +8,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from tierod.core.facts import Fact, Verdict
-from tierod.core.findings import Estimate, Status
+from tierod.core.findings import Estimate
 from tierod.core.graph import Result
 from tierod.core.series import Stride
+from tierod.core.statuses import Status
 from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.methods.detectors.rule_design import alarms_at
 from tierod.monitors.friction.evidence import EstimateOverDrive

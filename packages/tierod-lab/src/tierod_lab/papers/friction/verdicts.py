@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from tierod.core.claims import Claim, at_least, exactly
 from tierod.core.content import Item, Table
-from tierod.core.findings import Status
+from tierod.core.statuses import Status
 from tierod_lab.campaign.figures import area_under_curve, rate_bound
 from tierod_lab.papers.friction.cases import HEALTHY, Case
 from tierod_lab.papers.friction.digest import ALARM, Verdict

@@ -32,8 +32,12 @@ from tierod_lab.papers.sideslip.setting import (
     on,
     virtual_car,
 )
-from tierod_lab.papers.sideslip.steered_single_track import TurnedSingleTrack, TurnedSteeredVehicle
-from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle, TorqueShownVehicle
+from tierod_lab.papers.sideslip.steered_vehicle import (
+    SteeredVehicle,
+    TorqueShownVehicle,
+    TurnedSingleTrack,
+    TurnedSteeredVehicle,
+)
 from tierod_lab.papers.sideslip.two_stage import two_stage_poles
 from tierod_lab.studies.metrics import Row
 

@@ -13,10 +13,20 @@ from tierod.core.recording import Recording
 from tierod.monitors.sideslip.tuning import BAND
 from tierod.vehicles import Vehicle, load
 from tierod_lab.papers import real_data
-from tierod_lab.papers.sideslip import rivals
 from tierod_lab.papers.sideslip.calibration import TYRES, BesideTruth, beside_truth, calibrated, with_parameters
 from tierod_lab.papers.sideslip.noise_calibration import calibrated_with_noises, with_noises
-from tierod_lab.papers.sideslip.typical_cars import PASSENGER, SIMPLE, SPORTS, Class, measured_wrong, typical
+from tierod_lab.papers.sideslip.typical_cars import (
+    PASSENGER,
+    SIMPLE,
+    SPORTS,
+    Class,
+    geometric,
+    leaky,
+    linear,
+    measured_wrong,
+    nothing,
+    typical,
+)
 from tierod_lab.studies.metrics import Row
 
 
@@ -80,9 +90,9 @@ def race_laps(wrong: bool) -> list[Row]:
     car, until = load(RACE.vehicle), fitted_until(laps)
     fixed = fixed_tyres(laps, car, until)
     found = {
-        "sideslip of zero": rivals.nothing(laps),
-        "integral with a leak of 1.5 s": rivals.leaky(laps, until),
-        "linear Kalman filter, fixed stiffness": rivals.linear(laps, car, until),
+        "sideslip of zero": nothing(laps),
+        "integral with a leak of 1.5 s": leaky(laps, until),
+        "linear Kalman filter, fixed stiffness": linear(laps, car, until),
         "combined, stiffness not followed": beside_truth(laps, fixed),
         "combined": beside_truth(laps, car),
     }
@@ -134,8 +144,8 @@ def car_park(task: None) -> list[Row]:
     tried = _scaled(other)
     early = [beside_truth(drive, each, PARK.rate).figures(stop=until).rms for each in tried]
     found = {
-        "sideslip of zero": rivals.nothing(drive),
-        "geometry, gyroscope": rivals.geometric(drive, until),
+        "sideslip of zero": nothing(drive),
+        "geometry, gyroscope": geometric(drive, until),
         "combined": beside_truth(drive, tried[int(np.argmin(early))], PARK.rate),
         "combined, noises of the race car as they are": beside_truth(drive, other, PARK.rate),
         "combined, noises of this car's file": beside_truth(drive, car, PARK.rate),

@@ -1,4 +1,4 @@
-"""Gain-scheduled observer: gains designed at a table of speeds, interpolated linearly between them."""
+"""Gains of an observer over the speed, and the error of an observer with a fixed gain."""
 
 from __future__ import annotations
 
@@ -16,7 +16,40 @@ from tierod.methods.estimators.observers import observe
 from tierod.methods.estimators.shapes import leaf_names
 from tierod.models.linear import LinearSystem, sampled
 from tierod_lab.methods.pole_placement import discrete_poles
-from tierod_lab.papers.sideslip.fixed_gain import error_radius, stationary_covariance
+
+
+class Spread(NamedTuple):
+    """Steady-state covariance of the corrected estimate, and of the innovation."""
+
+    corrected: np.ndarray
+    innovation: np.ndarray
+
+
+def stationary_covariance(
+    system: LinearSystem, gain: np.ndarray, process: Sequence[float], reading: Sequence[float]
+) -> Spread:
+    """Steady-state covariances of an observer with a fixed gain under process and measurement noise.
+
+    Args:
+        system: discrete
+        gain: K of x = x- + K (y - C x-)
+        process: process noise variance of each state per sample
+        reading: noise variance of each measurement
+
+    Source: P = (I - K C)(A P A' + Q)(I - K C)' + K R K' (Joseph), solved for P.
+    """
+    from scipy.linalg import solve_discrete_lyapunov
+
+    A, C, Q, R = system.A, system.C, np.diag(process), np.diag(reading)
+    left = np.eye(len(A)) - gain @ C
+    corrected = solve_discrete_lyapunov(left @ A, left @ Q @ left.T + gain @ R @ gain.T)
+    return Spread(corrected, C @ (A @ corrected @ A.T + Q) @ C.T + R)
+
+
+def error_radius(system: LinearSystem, gain: np.ndarray) -> float:
+    """Spectral radius of the error dynamics (I - K C) A; below one the error decays."""
+    return float(np.abs(np.linalg.eigvals((np.eye(len(system.A)) - gain @ system.C) @ system.A)).max())
+
 
 LOWEST, HIGHEST, COUNT = 0.5, 70.0, 16
 """Range of the speeds [m/s] for which gains are designed, and their number."""

@@ -17,7 +17,6 @@ from tierod.models.linear import discretise, linearise
 from tierod.models.steer_by_wire import DisturbedSteering
 from tierod_lab.methods.pole_placement import discrete_poles, observer_gain
 from tierod_lab.papers.sideslip.axles import Axles
-from tierod_lab.papers.sideslip.fixed_gain import stationary_covariance
 from tierod_lab.papers.sideslip.observer import (
     Found,
     ObserverNoise,
@@ -33,6 +32,7 @@ from tierod_lab.papers.sideslip.schedule import (
     Scheduling,
     faster_poles,
     scheduled,
+    stationary_covariance,
 )
 from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle, TorqueShownVehicle
 

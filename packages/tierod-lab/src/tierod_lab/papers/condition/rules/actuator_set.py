@@ -14,9 +14,8 @@ from tierod.monitors.condition.signals import Measured
 from tierod.physics.gear import tie_rod_force_of_balance
 from tierod.physics.lag import share_reached
 from tierod.physics.planar_motion import longitudinal_acceleration
-from tierod_lab.papers.condition.rules.catalogue import ACTUATOR_RESIDUALS, Residual
-from tierod_lab.papers.condition.rules.exponential import discretise_pair
-from tierod_lab.papers.condition.rules.parameters import Coefficients, ResidualParameters
+from tierod_lab.papers.condition.rules.parameters import ACTUATOR_RESIDUALS, Coefficients, Residual, ResidualParameters
+from tierod_lab.papers.condition.rules.rack import discretise_pair
 from tierod_lab.papers.condition.rules.readings import Motion
 from tierod_lab.papers.condition.rules.steering_signals import LostShares
 

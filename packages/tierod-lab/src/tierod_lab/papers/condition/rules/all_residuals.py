@@ -8,7 +8,7 @@ from typing import Annotated, Any, NamedTuple
 from tierod.core.block import named_tuple
 from tierod.monitors.condition.signals import ConditionSample
 from tierod_lab.papers.condition.rules.actuator_set import ActuatorSet, Repaired, Targets
-from tierod_lab.papers.condition.rules.catalogue import RESIDUALS
+from tierod_lab.papers.condition.rules.parameters import RESIDUALS
 from tierod_lab.papers.condition.rules.readings import Excitation, Motion
 from tierod_lab.papers.condition.rules.residual_set import ResidualSet
 

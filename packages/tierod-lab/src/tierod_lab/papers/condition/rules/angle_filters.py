@@ -8,11 +8,8 @@ from typing import Any
 from tierod.core.model import Model
 from tierod.models.linear import discretise
 from tierod_lab.methods.unscented import UnscentedFilter
-from tierod_lab.papers.condition.rules.exponential import discretise_pair
 from tierod_lab.papers.condition.rules.parameters import ResidualParameters
-from tierod_lab.papers.condition.rules.stiff_exponential import discretise_stiff
-from tierod_lab.papers.condition.rules.stiff_rack import StiffRack
-from tierod_lab.papers.condition.rules.two_body_rack import TwoBodyRack
+from tierod_lab.papers.condition.rules.rack import StiffRack, TwoBodyRack, discretise_pair, discretise_stiff
 
 ANGLE_NOISE, RATE_NOISE = 1e-8, 10.0
 """Process noise: variance of the angle per sample [rad**2] and of the column rate per second [rad**2/s**3]."""

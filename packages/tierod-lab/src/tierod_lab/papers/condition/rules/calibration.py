@@ -15,9 +15,8 @@ from tierod.methods.detectors.measured import threshold_from_records
 from tierod.methods.detectors.stopping_rules import HoldRule
 from tierod_lab.papers.condition.rules.actuator_set import actuator_set
 from tierod_lab.papers.condition.rules.all_residuals import AllResiduals
-from tierod_lab.papers.condition.rules.catalogue import RESIDUALS
 from tierod_lab.papers.condition.rules.fit import FEWEST, SETTLING, fit_coefficients, samples_of
-from tierod_lab.papers.condition.rules.parameters import Coefficients, ResidualParameters
+from tierod_lab.papers.condition.rules.parameters import RESIDUALS, Coefficients, ResidualParameters
 from tierod_lab.papers.condition.rules.readings import GROWTHS, Excitation, ResidualThreshold
 from tierod_lab.papers.condition.rules.residual_set import residual_set
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any, NamedTuple
 from tierod.core.block import Scalar, named_tuple
 from tierod.core.fields import ANY, NOT_NEGATIVE
 from tierod.core.graph.maths import absolute
-from tierod_lab.papers.condition.rules.catalogue import SENSOR_RESIDUALS
+from tierod_lab.papers.condition.rules.parameters import SENSOR_RESIDUALS
 
 SensorResiduals: Any = named_tuple(
     "SensorResiduals", [(each.name, Annotated[float, each.unit]) for each in SENSOR_RESIDUALS]

@@ -17,13 +17,12 @@ from tierod.monitors.condition.signals import ConditionSample, Measured
 from tierod_lab.methods.unscented import UnscentedFilter
 from tierod_lab.papers.condition.rules.adaptive_speed import AdaptiveSpeed
 from tierod_lab.papers.condition.rules.angle_filters import one_body
-from tierod_lab.papers.condition.rules.catalogue import SENSOR_RESIDUALS
 from tierod_lab.papers.condition.rules.equations import Equations
-from tierod_lab.papers.condition.rules.parameters import Coefficients, ResidualParameters
+from tierod_lab.papers.condition.rules.parameters import SENSOR_RESIDUALS, Coefficients, ResidualParameters
+from tierod_lab.papers.condition.rules.rack import StiffRack
 from tierod_lab.papers.condition.rules.readings import Excitation, Motion, SensorFlags, SensorResiduals
 from tierod_lab.papers.condition.rules.routes import lateral_filter
 from tierod_lab.papers.condition.rules.steering_signals import Smooth, SteeringSignals
-from tierod_lab.papers.condition.rules.stiff_rack import StiffRack
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,8 @@ from tierod.physics.planar_motion import (
     rolling_road_wheel_angle,
     rolling_sideslip,
 )
-from tierod_lab.papers.condition.rules.exponential import discretise_pair
 from tierod_lab.papers.condition.rules.parameters import ResidualParameters
+from tierod_lab.papers.condition.rules.rack import discretise_pair
 
 
 class Route(NamedTuple):

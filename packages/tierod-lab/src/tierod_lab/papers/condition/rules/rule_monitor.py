@@ -8,7 +8,6 @@ from functools import reduce
 from typing import NamedTuple
 
 from tierod.core.block import Scalar
-from tierod.core.findings import Status
 from tierod.core.graph.maths import (
     absolute,
     all_of,
@@ -22,6 +21,7 @@ from tierod.core.graph.maths import (
     where,
 )
 from tierod.core.statement import Statement, code_of
+from tierod.core.statuses import Status
 from tierod.monitors.condition.judge import Residual, SpanOfFault, Spans
 from tierod.monitors.condition.reaction import ConditionOutput, FaultReaction, Judged, ReactionState
 from tierod.monitors.condition.signals import (
@@ -38,12 +38,16 @@ from tierod.monitors.condition.signals import (
 )
 from tierod_lab.papers.condition.rules.actuator_set import ActuatorSet, Repaired, Targets, actuator_set
 from tierod_lab.papers.condition.rules.calibration import ResidualCalibration
-from tierod_lab.papers.condition.rules.catalogue import ACTUATOR_RESIDUALS, RESIDUALS, SENSOR_RESIDUALS
 from tierod_lab.papers.condition.rules.diagnosis import RuleDiagnosis
-from tierod_lab.papers.condition.rules.parameters import ResidualParameters
+from tierod_lab.papers.condition.rules.parameters import (
+    ACTUATOR_RESIDUALS,
+    RESIDUALS,
+    SENSOR_RESIDUALS,
+    ResidualParameters,
+)
 from tierod_lab.papers.condition.rules.readings import Excitation, ResidualThreshold
 from tierod_lab.papers.condition.rules.residual_set import ResidualSet, residual_set
-from tierod_lab.papers.condition.rules.symptom_files import rules
+from tierod_lab.papers.condition.rules.symptoms import rules
 
 MAIN = dict(zip(OF_AUTOMATED, ("r10", "r14", "r4", "r2", "r3", "r19"), strict=True))
 """Sensor -> main residual, which compares its reading with the expected one."""

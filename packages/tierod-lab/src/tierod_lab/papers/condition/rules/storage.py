@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from tierod.core.errors import ParameterError, nearest
-from tierod.core.toml import Document, build
+from tierod.core.toml import build
+from tierod.core.toml_document import Document
 from tierod.vehicles import Vehicle
 from tierod_lab.papers.condition.rules.calibration import ResidualCalibration
-from tierod_lab.papers.condition.rules.catalogue import RESIDUALS
-from tierod_lab.papers.condition.rules.parameters import Coefficients
+from tierod_lab.papers.condition.rules.parameters import RESIDUALS, Coefficients
 from tierod_lab.papers.condition.rules.readings import ResidualThreshold
 
 SHIPPED = {
