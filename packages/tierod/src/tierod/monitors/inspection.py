@@ -32,19 +32,15 @@ class Inspection:
     """Result of the inspection of a recording.
 
     Args:
-        recording: the recording with all signals that can be derived
         vehicle: vehicle whose parameters would be used; None where none is given or named, so that only the signals
             were checked
-        quality: quality of each channel
-        warnings: warnings of the reader, and on signs and turns that contradict each other
-        monitors: for each monitor, whether it could judge the recording
     """
 
-    recording: Recording
+    recording: Recording  # the recording with all signals that can be derived
     vehicle: Vehicle | None
-    quality: tuple[ChannelQuality, ...]
-    warnings: tuple[str, ...]
-    monitors: tuple[Readiness, ...]
+    quality: tuple[ChannelQuality, ...]  # quality of each channel
+    warnings: tuple[str, ...]  # warnings of the reader, and on signs and turns that contradict each other
+    monitors: tuple[Readiness, ...]  # for each monitor, whether it could judge the recording
 
     def document(self) -> dict[str, Any]:
         """Content as data for JSON."""

@@ -26,17 +26,11 @@ GUESSED = 0.03
 
 @dataclass
 class Reading:
-    """Parameters of a vehicle that a session reads.
+    """Parameters of a vehicle that a session reads."""
 
-    Args:
-        needed: parameters without which the session cannot be opened
-        optional: parameters that it uses if the vehicle file gives them
-        unclear: parameters that it requests without a default, but may not require
-    """
-
-    needed: set[str] = field(default_factory=set)
-    optional: set[str] = field(default_factory=set)
-    unclear: set[str] = field(default_factory=set)
+    needed: set[str] = field(default_factory=set)  # parameters without which the session cannot be opened
+    optional: set[str] = field(default_factory=set)  # parameters that it uses if the vehicle file gives them
+    unclear: set[str] = field(default_factory=set)  # parameters that it requests without a default, but may not require
 
 
 class _Parameters(Mapping[str, Parameter]):
@@ -118,7 +112,6 @@ class Lacking:
     """Requirements of a variant that a vehicle does not fulfil.
 
     Args:
-        obstacle: reason why the variant cannot run with this vehicle; "" if it can
         needed, optional: required and optional parameters that the vehicle file does not give
         guessed: parameters of the file that the variant reads and whose relative standard deviation is `GUESSED` or
             more, the least certain first
@@ -126,7 +119,7 @@ class Lacking:
             name; None if the vehicle names no map
     """
 
-    obstacle: str
+    obstacle: str  # reason why the variant cannot run with this vehicle; "" if it can
     needed: tuple[str, ...]
     optional: tuple[str, ...]
     guessed: tuple[str, ...]

@@ -40,17 +40,11 @@ from tierod.vehicles.vehicle import Parameter
 
 
 class BalanceRow(NamedTuple):
-    """One sample of the balance.
+    """One sample of the balance."""
 
-    Args:
-        terms: regressors and torques of the balance, low-passed
-        speed: vehicle speed [m/s]
-        used: 1 where the vehicle rolls and every signal is present and settled
-    """
-
-    terms: Regressors
-    speed: Annotated[Scalar, "m/s"]
-    used: Annotated[Scalar, ""]
+    terms: Regressors  # regressors and torques of the balance, low-passed
+    speed: Annotated[Scalar, "m/s"]  # vehicle speed [m/s]
+    used: Annotated[Scalar, ""]  # 1 where the vehicle rolls and every signal is present and settled
 
 
 @dataclass(frozen=True)
@@ -58,18 +52,14 @@ class BalanceRows:
     """Regressors of `PreslidingFrictionFilter` for one fixed Dahl angle.
 
     Args:
-        parameters: parameters of the vehicle; their `sample_time` is that of the samples
-        dahl_angle: travel over which friction builds up [rad]
         tuning: gives weight lever, turn slip and drive share, from which the load of the gear is computed
-        conditioning: conditioning of the signals
-        cutoff: cutoff frequency of the low-pass on both sides [Hz]
     """
 
-    parameters: FrictionParameters
-    dahl_angle: Annotated[float, "rad"]
+    parameters: FrictionParameters  # parameters of the vehicle; their `sample_time` is that of the samples
+    dahl_angle: Annotated[float, "rad"]  # travel over which friction builds up [rad]
     tuning: PreslidingTuning = field(default_factory=PreslidingTuning)
-    conditioning: SteeringConditioning = field(default_factory=SteeringConditioning)
-    cutoff: Annotated[float, "Hz"] = 3.0
+    conditioning: SteeringConditioning = field(default_factory=SteeringConditioning)  # conditioning of the signals
+    cutoff: Annotated[float, "Hz"] = 3.0  # cutoff frequency of the low-pass on both sides [Hz]
     low_pass: Butterworth = field(init=False, repr=False)
 
     Sample = SteeringSample
@@ -135,17 +125,11 @@ PARTS = 5
 
 
 class DriveRatio(NamedTuple):
-    """Motor ratio identified from drives alone, without the value of the vehicle file.
+    """Motor ratio identified from drives alone, without the value of the vehicle file."""
 
-    Args:
-        value: turns of the motor per turn of the column [-]
-        deviation: standard deviation [-]
-        dahl_angle: travel over which friction builds up [rad]
-    """
-
-    value: Annotated[float, ""]
-    deviation: Annotated[float, ""]
-    dahl_angle: Annotated[float, "rad"]
+    value: Annotated[float, ""]  # turns of the motor per turn of the column [-]
+    deviation: Annotated[float, ""]  # standard deviation [-]
+    dahl_angle: Annotated[float, "rad"]  # travel over which friction builds up [rad]
 
 
 class _Balance(NamedTuple):

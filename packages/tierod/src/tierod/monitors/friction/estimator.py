@@ -46,32 +46,24 @@ class Coefficients(NamedTuple):
     Args:
         finite, exponential, long: shares of the friction torque that build up with Dahl exponent 1/2, 1 and 2; their
             sum is the friction torque [N*m]. One of them may be negative where the true law lies outside the three
-        log_dahl_angle: logarithm of their common Dahl angle [rad]
-        aligning_gain: factor on the self-aligning torque of the vehicle file
         trail_drop: change of that factor per torque at the steering wheel, as the pneumatic trail shrinks
-        weight_lever: lever of the front axle load, which turns the wheels back to straight ahead
-        turn_slip: turn slip stiffness of both front tyres over the load of their axle
         drive_share: factor on the torque that the whole drive and brake force, at the front axle, would exert on the
             steered wheels through the trail of the vehicle file
-        load_share: friction per magnitude of the road torque at the steering wheel
-        offset: constant torque: offsets of both torque sensors, pull of the car
-        damping: viscous damping at the steering wheel axis
-        inertia: inertia below the torsion bar, at the steering wheel axis
     """
 
     finite: Annotated[Scalar, "N*m"]
     exponential: Annotated[Scalar, "N*m"]
     long: Annotated[Scalar, "N*m"]
-    log_dahl_angle: Annotated[Scalar, ""]
-    aligning_gain: Annotated[Scalar, ""]
+    log_dahl_angle: Annotated[Scalar, ""]  # logarithm of their common Dahl angle [rad]
+    aligning_gain: Annotated[Scalar, ""]  # factor on the self-aligning torque of the vehicle file
     trail_drop: Annotated[Scalar, "1/(N*m)"]
-    weight_lever: Annotated[Scalar, "m"]
-    turn_slip: Annotated[Scalar, "m**2"]
+    weight_lever: Annotated[Scalar, "m"]  # lever of the front axle load, which turns the wheels back to straight ahead
+    turn_slip: Annotated[Scalar, "m**2"]  # turn slip stiffness of both front tyres over the load of their axle
     drive_share: Annotated[Scalar, ""]
-    load_share: Annotated[Scalar, ""]
-    offset: Annotated[Scalar, "N*m"]
-    damping: Annotated[Scalar, "N*m*s/rad"]
-    inertia: Annotated[Scalar, "kg*m**2"]
+    load_share: Annotated[Scalar, ""]  # friction per magnitude of the road torque at the steering wheel
+    offset: Annotated[Scalar, "N*m"]  # constant torque: offsets of both torque sensors, pull of the car
+    damping: Annotated[Scalar, "N*m*s/rad"]  # viscous damping at the steering wheel axis
+    inertia: Annotated[Scalar, "kg*m**2"]  # inertia below the torsion bar, at the steering wheel axis
 
     @property
     def friction_torque(self) -> Scalar:
@@ -131,7 +123,6 @@ class PreslidingTuning:
         deviations: standard deviations before the first sample. 2 N*m for the shares of exponent 1/2 and 2 lets another
             law be learnt within 50 s and costs nothing where the law is exponential (simulated); the vehicle's own
             constants by their uncertainty in a vehicle file [assumed]
-        initial_friction: initial estimate of friction [N*m]; 3 as printed by Mohtat et al.
         initial_dahl_angle: initial estimate of the Dahl angle [rad]; 1 degree
         smallest_dahl_angle, largest_dahl_angle: bounds of the learnt Dahl angle [rad]; 0.05 and 8 degrees
         initial_weight_lever: initial lever of the front axle load [m]; kingpins inclined by 12 degrees with a scrub
@@ -153,7 +144,7 @@ class PreslidingTuning:
     memory: Annotated[float, "s"] = 20.0
     process: Coefficients = PROCESS
     deviations: Coefficients = DEVIATIONS
-    initial_friction: Annotated[float, "N*m"] = 3.0
+    initial_friction: Annotated[float, "N*m"] = 3.0  # initial estimate of friction [N*m]; 3 as printed by Mohtat et al.
     initial_dahl_angle: Annotated[float, "rad"] = math.radians(1.0)
     smallest_dahl_angle: Annotated[float, "rad"] = math.radians(0.05)
     largest_dahl_angle: Annotated[float, "rad"] = math.radians(8.0)
@@ -166,19 +157,12 @@ class PreslidingTuning:
 
 
 class ColumnMotion(NamedTuple):
-    """Motion of the column below the torsion bar.
+    """Motion of the column below the torsion bar."""
 
-    Args:
-        angle: column angle [rad]
-        increment: change of the angle since the previous sample [rad]
-        rate: column rate [rad/s]
-        acceleration: column acceleration [rad/s**2]
-    """
-
-    angle: Scalar
-    increment: Scalar
-    rate: Scalar
-    acceleration: Scalar
+    angle: Scalar  # column angle [rad]
+    increment: Scalar  # change of the angle since the previous sample [rad]
+    rate: Scalar  # column rate [rad/s]
+    acceleration: Scalar  # column acceleration [rad/s**2]
 
 
 def column_motion(clean: ConditionedSteering, stiffness: Scalar, sample_time: Any) -> ColumnMotion:
@@ -203,19 +187,12 @@ def reference_load(p: FrictionParameters, lever: Scalar) -> Scalar:
 
 
 class RoadTorques(NamedTuple):
-    """Torques of the road at the steering wheel, each per unit of its coefficient.
+    """Torques of the road at the steering wheel, each per unit of its coefficient."""
 
-    Args:
-        aligning: lateral force of the front axle times the trail of the vehicle file [N*m]
-        weight: torque of the front axle load per lever [N]
-        turn_slip: torque per turn slip stiffness over load [N/m]
-        drive: drive and brake force of the whole car, as if all at the front axle, times the trail [N*m]
-    """
-
-    aligning: Scalar
-    weight: Scalar
-    turn_slip: Scalar
-    drive: Scalar
+    aligning: Scalar  # lateral force of the front axle times the trail of the vehicle file [N*m]
+    weight: Scalar  # torque of the front axle load per lever [N]
+    turn_slip: Scalar  # torque per turn slip stiffness over load [N/m]
+    drive: Scalar  # drive and brake force of the whole car, as if all at the front axle, times the trail [N*m]
 
 
 class Regressors(NamedTuple):
@@ -344,50 +321,41 @@ class FrictionTorque(NamedTuple):
     """Output of the estimator after a sample.
 
     Args:
-        friction_torque: level of dry friction at the steering wheel axis, at the reference load
-        friction_deviation: its standard deviation, for correct torque sensors
         misfit: factor by which it was widened because the torque balance fits worse than the tuning expects
-        residual: root mean square of `innovation` over the last enabled time
-        enabled: 1 where the sample was used
         hands_on, same_direction, moving, rolling, settled: the enabling conditions, one by one
-        dahl_angle: travel over which friction builds up
         aligning_gain, trail_drop, weight_lever, turn_slip, drive_share, load_share, offset, damping, inertia: see
             `Coefficients`
-        reference_load: road torque at the steering wheel for which friction is stated
-        build_up: share of the full level that friction has reached, with sign
         excitation: mean magnitude of `build_up` over the enabled time; 1 is permanent sliding, below 0.5 the strokes
             end before friction has built up
-        innovation: measured less expected torque
         innovation_variance: variance expected by the filter; set wide for errors that last over many samples
-        nis: normalised innovation squared; far below 1 for that reason
     """
 
-    friction_torque: Annotated[Scalar, "N*m"]
-    friction_deviation: Annotated[Scalar, "N*m"]
+    friction_torque: Annotated[Scalar, "N*m"]  # level of dry friction at the steering wheel axis, at the reference load
+    friction_deviation: Annotated[Scalar, "N*m"]  # its standard deviation, for correct torque sensors
     misfit: Annotated[Scalar, ""]
-    residual: Annotated[Scalar, "N*m"]
-    enabled: Annotated[Scalar, ""]
+    residual: Annotated[Scalar, "N*m"]  # root mean square of `innovation` over the last enabled time
+    enabled: Annotated[Scalar, ""]  # 1 where the sample was used
     hands_on: Annotated[Scalar, ""]
     same_direction: Annotated[Scalar, ""]
     moving: Annotated[Scalar, ""]
     rolling: Annotated[Scalar, ""]
     settled: Annotated[Scalar, ""]
-    dahl_angle: Annotated[Scalar, "rad"]
+    dahl_angle: Annotated[Scalar, "rad"]  # travel over which friction builds up
     aligning_gain: Annotated[Scalar, ""]
     trail_drop: Annotated[Scalar, "1/(N*m)"]
     weight_lever: Annotated[Scalar, "m"]
     turn_slip: Annotated[Scalar, "m**2"]
     drive_share: Annotated[Scalar, ""]
     load_share: Annotated[Scalar, ""]
-    reference_load: Annotated[Scalar, "N*m"]
+    reference_load: Annotated[Scalar, "N*m"]  # road torque at the steering wheel for which friction is stated
     offset: Annotated[Scalar, "N*m"]
     damping: Annotated[Scalar, "N*m*s/rad"]
     inertia: Annotated[Scalar, "kg*m**2"]
-    build_up: Annotated[Scalar, ""]
+    build_up: Annotated[Scalar, ""]  # share of the full level that friction has reached, with sign
     excitation: Annotated[Scalar, ""]
-    innovation: Annotated[Scalar, "N*m"]
+    innovation: Annotated[Scalar, "N*m"]  # measured less expected torque
     innovation_variance: Annotated[Scalar, "N**2*m**2"]
-    nis: Annotated[Scalar, ""]
+    nis: Annotated[Scalar, ""]  # normalised innovation squared; far below 1 for that reason
 
 
 @dataclass(frozen=True)
@@ -408,9 +376,6 @@ class PreslidingFrictionFilter:
     makes one scalar update per sample while the gate is open; otherwise nothing is learnt or forgotten.
 
     Args:
-        parameters: parameters of the vehicle; their `sample_time` is that of the samples
-        tuning: noises and priors
-        conditioning: conditioning of the signals
         gate: eq (14) for both ends of the torsion bar, with an upper limit on the rate that no driver reaches (the law
             is valid at any rate, and the printed limit biases by -0.2 to -0.7 N*m, simulated), and a lower limit on
             speed because of tyre scrub
@@ -423,9 +388,9 @@ class PreslidingFrictionFilter:
     outliers, elastic bar, weight, turn slip, and drive force of steered wheels. Each contribution is measured there.
     """
 
-    parameters: FrictionParameters
-    tuning: PreslidingTuning = field(default_factory=PreslidingTuning)
-    conditioning: SteeringConditioning = field(default_factory=SteeringConditioning)
+    parameters: FrictionParameters  # parameters of the vehicle; their `sample_time` is that of the samples
+    tuning: PreslidingTuning = field(default_factory=PreslidingTuning)  # noises and priors
+    conditioning: SteeringConditioning = field(default_factory=SteeringConditioning)  # conditioning of the signals
     gate: FrictionGate = field(default_factory=lambda: _gate(FrictionGate().minimum_driver_torque))
     regressor_cutoff: Annotated[float, "Hz"] = 5.0
     low_pass: Butterworth = field(init=False, repr=False)

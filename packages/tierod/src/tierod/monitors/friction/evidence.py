@@ -230,8 +230,6 @@ class GainLimits:
 
     Args:
         slowest: speed from which assist is compared [m/s]; a standing car is parked against its stops
-        smallest: driver's torque above which a sample holds information on assist [N*m]
-        seconds: driving time with such samples that is needed [s]
         deviation: largest relative residual of the assist map in the motor's torque, root mean square [-]; fault-free
             drives leave 0.04 to 0.17: with more the map is not that of this car
         ratio: factor by which the motor's torque over the driver's may be wrong [-]; sensors of 10 % and offsets gave
@@ -253,8 +251,8 @@ class GainLimits:
     """
 
     slowest: Annotated[float, "m/s"] = 3.0
-    smallest: Annotated[float, "N*m"] = 0.3
-    seconds: Annotated[float, "s"] = 60.0
+    smallest: Annotated[float, "N*m"] = 0.3  # driver's torque above which a sample holds information on assist [N*m]
+    seconds: Annotated[float, "s"] = 60.0  # driving time with such samples that is needed [s]
     deviation: Annotated[float, ""] = 0.25
     ratio: Annotated[float, ""] = 1.75
     single: Annotated[float, ""] = 1.6

@@ -62,7 +62,6 @@ class FrictionRun:
     """Result of a friction monitor after a recording: its verdict block, and that block's output after the last sample.
 
     Args:
-        start_time: time of the first sample in the recording [s]
         evidence: further named quantities of the estimator, with unit in the name
         parameters: parameters of the vehicle file as the estimator assumes them; None where unknown
     """
@@ -70,7 +69,7 @@ class FrictionRun:
     monitor: str
     verdict: FrictionVerdict
     judged: JudgedFriction
-    start_time: float = 0.0
+    start_time: float = 0.0  # time of the first sample in the recording [s]
     evidence: Mapping[str, float] = field(default_factory=dict)
     parameters: FrictionParameters | None = None
 
@@ -276,13 +275,12 @@ class Limit:
     """Limit at which an alarm begins.
 
     Args:
-        friction: estimated friction
         absolute, absolute_from: limit of the vehicle file, and friction from which it acts with its margin
         ratio, relative_from: limit over the baseline, and friction from which it acts; infinite without a baseline
         spread: standard deviation of the limit of the vehicle file that its margin includes
     """
 
-    friction: Annotated[float, "N*m"]
+    friction: Annotated[float, "N*m"]  # estimated friction
     absolute: Annotated[float, "N*m"]
     absolute_from: Annotated[float, "N*m"]
     ratio: Annotated[float, ""]

@@ -47,7 +47,6 @@ class FrictionGate:
 
     Args:
         minimum_driver_torque: driver's torque above which the assist is active [N m]; 0.5 as printed
-        minimum_rate: rate above which friction has a direction [rad/s]; 0.05 as printed
         maximum_rate: rate up to which the filter can follow [rad/s]; 1 as printed (scan: "0.1rads")
         minimum_speed: lowest speed of the vehicle [m/s]; None leaves the condition out, as printed. About 3: below it
             tyre scrub is not a self-aligning torque
@@ -56,7 +55,7 @@ class FrictionGate:
     """
 
     minimum_driver_torque: Annotated[float, "N*m"] = 0.5
-    minimum_rate: Annotated[float, "rad/s"] = 0.05
+    minimum_rate: Annotated[float, "rad/s"] = 0.05  # rate above which friction has a direction [rad/s]; 0.05 as printed
     maximum_rate: Annotated[float, "rad/s"] = 1.0
     minimum_speed: Annotated[float, "m/s"] | None = None
 
@@ -90,24 +89,21 @@ class ConditionedSteering(NamedTuple):
     """Signals without gaps, all with the same delay.
 
     Args:
-        signals: held and low-passed signals, never missing
-        angle_increment: increment of the steering wheel angle since the previous sample
         steering_wheel_acceleration, yaw_acceleration, vehicle_acceleration: backward differences of the low-passed
             rates and speed
         driver_torque_rate, driver_torque_acceleration: first and second backward difference of the low-passed torque
         settled: 1 where every signal has been present for the settling time, apart from bridged gaps
-        present: 1 where every signal is present in this sample
     """
 
-    signals: SteeringSample
-    angle_increment: Annotated[float, "rad"]
+    signals: SteeringSample  # held and low-passed signals, never missing
+    angle_increment: Annotated[float, "rad"]  # increment of the steering wheel angle since the previous sample
     steering_wheel_acceleration: Annotated[float, "rad/s**2"]
     yaw_acceleration: Annotated[float, "rad/s**2"]
     vehicle_acceleration: Annotated[float, "m/s**2"]
     driver_torque_rate: Annotated[float, "N*m/s"]
     driver_torque_acceleration: Annotated[float, "N*m/s**2"]
     settled: Annotated[float, ""]
-    present: Annotated[float, ""]
+    present: Annotated[float, ""]  # 1 where every signal is present in this sample
 
 
 @dataclass(frozen=True)
@@ -155,7 +151,6 @@ class SteeringConditioning:
     A low-pass on one signal alone would delay it against the others; equal filters preserve the torque balance.
 
     Args:
-        sample_time: time between two samples [s]
         cutoff: cutoff frequency of the low-pass on every signal [Hz]. Friction is not a linear function of the angle,
             so what the low-pass removes from the angle is lost to the friction model. On the plant of the tuning
             (docs/explanation/friction.md) 5 Hz cost 0.3 N*m of 12.5 at a Dahl angle of 3 degrees and 12 Hz 0.1, while
@@ -163,14 +158,13 @@ class SteeringConditioning:
         bridged_gap: longest gap bridged with the last value [s]; one lost message of a 20 ms bus with its jitter
         settling_time: time after a longer gap in which the estimator is disabled [s]; ten time constants of the angle
             observer
-        angle: observer of the angle
     """
 
-    sample_time: Annotated[float, "s"] = SAMPLE_TIME
+    sample_time: Annotated[float, "s"] = SAMPLE_TIME  # time between two samples [s]
     cutoff: Annotated[float, "Hz"] = 12.0
     bridged_gap: Annotated[float, "s"] = 0.05
     settling_time: Annotated[float, "s"] = 2.0
-    angle: AngleObserver = field(default_factory=AngleObserver)
+    angle: AngleObserver = field(default_factory=AngleObserver)  # observer of the angle
     hold: InputHold = field(init=False, repr=False)
     low_pass: Butterworth = field(init=False, repr=False)
 

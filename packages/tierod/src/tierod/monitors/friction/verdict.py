@@ -24,61 +24,46 @@ class VerdictSample(NamedTuple):
     """Input of the verdict from a friction estimate; an estimator without a quantity gives its neutral value.
 
     Args:
-        friction_torque: estimated friction torque
-        friction_deviation: its standard deviation
         misfit: factor by which the deviation was widened because the torque balance fits badly; 1 is neutral
-        enabled: 1 where the sample was used
         hands_on, same_direction, moving, rolling, settled: conditions of the gate, one by one; 1 is neutral
-        build_up: share of friction that has built up, with the sign of the motion
-        excitation: mean magnitude of the build-up over the enabled time; 1 is neutral
         residual: root mean square residual of the torque balance over the last enabled time; 0 is neutral
-        damping: learnt viscous damping; 0 is neutral
-        aligning_gain: learnt factor on the self-aligning torque of the vehicle file; 1 is neutral
     """
 
-    friction_torque: Annotated[Scalar, "N*m"]
-    friction_deviation: Annotated[Scalar, "N*m"]
+    friction_torque: Annotated[Scalar, "N*m"]  # estimated friction torque
+    friction_deviation: Annotated[Scalar, "N*m"]  # its standard deviation
     misfit: Annotated[Scalar, ""]
-    enabled: Annotated[Scalar, ""]
+    enabled: Annotated[Scalar, ""]  # 1 where the sample was used
     hands_on: Annotated[Scalar, ""]
     same_direction: Annotated[Scalar, ""]
     moving: Annotated[Scalar, ""]
     rolling: Annotated[Scalar, ""]
     settled: Annotated[Scalar, ""]
-    build_up: Annotated[Scalar, ""]
-    excitation: Annotated[Scalar, ""]
+    build_up: Annotated[Scalar, ""]  # share of friction that has built up, with the sign of the motion
+    excitation: Annotated[Scalar, ""]  # mean magnitude of the build-up over the enabled time; 1 is neutral
     residual: Annotated[Scalar, "N*m"]
-    damping: Annotated[Scalar, "N*m*s/rad"]
-    aligning_gain: Annotated[Scalar, ""]
+    damping: Annotated[Scalar, "N*m*s/rad"]  # learnt viscous damping; 0 is neutral
+    aligning_gain: Annotated[Scalar, ""]  # learnt factor on the self-aligning torque of the vehicle file; 1 is neutral
 
 
 class LearntBaseline(NamedTuple):
-    """Baseline: friction of this car while it was judged fault-free.
+    """Baseline: friction of this car while it was judged fault-free."""
 
-    Args:
-        level: mean of the estimate over the learning time
-        deviation: mean standard deviation of the estimate
-        seconds: enabled time used for learning
-    """
-
-    level: Annotated[Scalar, "N*m"]
-    deviation: Annotated[Scalar, "N*m"]
-    seconds: Annotated[Scalar, "s"]
+    level: Annotated[Scalar, "N*m"]  # mean of the estimate over the learning time
+    deviation: Annotated[Scalar, "N*m"]  # mean standard deviation of the estimate
+    seconds: Annotated[Scalar, "s"]  # enabled time used for learning
 
 
 class Onset(NamedTuple):
     """Last times without suspicion, and the grounds of the present alarm.
 
     Args:
-        relative: last time at which friction was near the baseline, -1 if never
-        absolute: last time at which friction was below the limit of rising friction, -1 if never
         kind: 0 without alarm, 1 where the baseline alarms, 2 where only the absolute limits do; the reported onset is
             that of the baseline where it alarms, since it is the sharper one
         decisive: 0 without alarm, 1 where the baseline gives the present status, 2 where only an absolute limit does
     """
 
-    relative: Annotated[Scalar, "s"]
-    absolute: Annotated[Scalar, "s"]
+    relative: Annotated[Scalar, "s"]  # last time at which friction was near the baseline, -1 if never
+    absolute: Annotated[Scalar, "s"]  # last time at which friction was below the limit of rising friction, -1 if never
     kind: Annotated[Scalar, ""]
     decisive: Annotated[Scalar, ""]
 
@@ -87,31 +72,21 @@ class FrictionFigures(NamedTuple):
     """Counters of a run, on which its statement rests.
 
     Args:
-        seconds: number of samples times sample time
-        settled_seconds: time with all signals present for the settling time
-        enabled_seconds: time in which the estimator learnt
-        left_seconds: part of the enabled time with a turn to the left
-        hands_off_seconds: settled time with a small driver's torque
-        still_seconds: settled time with a steering wheel that hardly turned
-        slow_seconds: settled time with a vehicle at rest or crawling
         worked_seconds: settled time with a rolling vehicle and a steering wheel turned under the driver's torque
-        opposed_seconds: part of the worked time with driver and motor torque of opposite sign
-        alarm_seconds: judged time under alarm
-        worst_alarm: 0 none, 1 rising, 2 fault
         unfit_seconds: enabled time without interruption for which the torque balance has not fitted
     """
 
-    seconds: Annotated[Scalar, "s"]
-    settled_seconds: Annotated[Scalar, "s"]
-    enabled_seconds: Annotated[Scalar, "s"]
-    left_seconds: Annotated[Scalar, "s"]
-    hands_off_seconds: Annotated[Scalar, "s"]
-    still_seconds: Annotated[Scalar, "s"]
-    slow_seconds: Annotated[Scalar, "s"]
+    seconds: Annotated[Scalar, "s"]  # number of samples times sample time
+    settled_seconds: Annotated[Scalar, "s"]  # time with all signals present for the settling time
+    enabled_seconds: Annotated[Scalar, "s"]  # time in which the estimator learnt
+    left_seconds: Annotated[Scalar, "s"]  # part of the enabled time with a turn to the left
+    hands_off_seconds: Annotated[Scalar, "s"]  # settled time with a small driver's torque
+    still_seconds: Annotated[Scalar, "s"]  # settled time with a steering wheel that hardly turned
+    slow_seconds: Annotated[Scalar, "s"]  # settled time with a vehicle at rest or crawling
     worked_seconds: Annotated[Scalar, "s"]
-    opposed_seconds: Annotated[Scalar, "s"]
-    alarm_seconds: Annotated[Scalar, "s"]
-    worst_alarm: Annotated[Scalar, ""]
+    opposed_seconds: Annotated[Scalar, "s"]  # part of the worked time with driver and motor torque of opposite sign
+    alarm_seconds: Annotated[Scalar, "s"]  # judged time under alarm
+    worst_alarm: Annotated[Scalar, ""]  # 0 none, 1 rising, 2 fault
     unfit_seconds: Annotated[Scalar, "s"]
 
 
@@ -120,27 +95,19 @@ class Obstacles(NamedTuple):
 
     Args:
         no_signals: all signals were never present together for the settling time; no other obstacle is then reported
-        raw_counts: torques are not in N*m
-        opposed: driver and motor torque have opposite signs for too long
         too_little_time: less enabled time than a verdict needs; the obstacles below are tested only after that time
-        negative: friction or self-aligning torque is negative
-        damping: damping is below that of any steering
-        aligning: self-aligning torque is far from the value expected by the vehicle file
-        unfit: the torque balance has not fitted for too long
-        short_strokes: strokes of the steering wheel are shorter than friction needs to build up
-        uncertain: standard deviation is too large
     """
 
     no_signals: Annotated[Scalar, ""]
-    raw_counts: Annotated[Scalar, ""]
-    opposed: Annotated[Scalar, ""]
+    raw_counts: Annotated[Scalar, ""]  # torques are not in N*m
+    opposed: Annotated[Scalar, ""]  # driver and motor torque have opposite signs for too long
     too_little_time: Annotated[Scalar, ""]
-    negative: Annotated[Scalar, ""]
-    damping: Annotated[Scalar, ""]
-    aligning: Annotated[Scalar, ""]
-    unfit: Annotated[Scalar, ""]
-    short_strokes: Annotated[Scalar, ""]
-    uncertain: Annotated[Scalar, ""]
+    negative: Annotated[Scalar, ""]  # friction or self-aligning torque is negative
+    damping: Annotated[Scalar, ""]  # damping is below that of any steering
+    aligning: Annotated[Scalar, ""]  # self-aligning torque is far from the value expected by the vehicle file
+    unfit: Annotated[Scalar, ""]  # the torque balance has not fitted for too long
+    short_strokes: Annotated[Scalar, ""]  # strokes of the steering wheel are shorter than friction needs to build up
+    uncertain: Annotated[Scalar, ""]  # standard deviation is too large
 
 
 class BalanceFit(NamedTuple):
@@ -163,29 +130,19 @@ class JudgedFriction(NamedTuple):
     Args:
         statement: verdict on the drive so far: suspect where an alarm has ended, or friction exceeds a limit for too
             short a time; its kind is `verdict.BY_BASELINE` or `verdict.BY_LIMIT`, its evidence that for rising friction
-        running: status of this sample alone, which a fault memory debounces
-        obstacles: why the verdict is withheld
-        implausible: 1 where friction is below that of any steering
-        pending: 1 where friction exceeds a limit
-        figures: counters of the run
-        baseline: baseline of this car
-        fit: fit of the torque balance
-        known_level: level of the baseline, 0 until it is known
-        ratio: friction over that level; 1 until it is known
-        fault_sum: evidence for a fault, scaled as that of the statement
     """
 
     statement: Statement
-    running: Annotated[Scalar, ""]
-    obstacles: Obstacles
-    implausible: Annotated[Scalar, ""]
-    pending: Annotated[Scalar, ""]
-    figures: FrictionFigures
-    baseline: LearntBaseline
-    fit: BalanceFit
-    known_level: Annotated[Scalar, "N*m"]
-    ratio: Annotated[Scalar, ""]
-    fault_sum: Annotated[Scalar, ""]
+    running: Annotated[Scalar, ""]  # status of this sample alone, which a fault memory debounces
+    obstacles: Obstacles  # why the verdict is withheld
+    implausible: Annotated[Scalar, ""]  # 1 where friction is below that of any steering
+    pending: Annotated[Scalar, ""]  # 1 where friction exceeds a limit
+    figures: FrictionFigures  # counters of the run
+    baseline: LearntBaseline  # baseline of this car
+    fit: BalanceFit  # fit of the torque balance
+    known_level: Annotated[Scalar, "N*m"]  # level of the baseline, 0 until it is known
+    ratio: Annotated[Scalar, ""]  # friction over that level; 1 until it is known
+    fault_sum: Annotated[Scalar, ""]  # evidence for a fault, scaled as that of the statement
 
 
 HEALTHY = code_of(Status.HEALTHY)
@@ -204,17 +161,11 @@ Fault-free driving stays below 0.01 (simulated); a recorded minute under lane ke
 
 @dataclass(frozen=True)
 class FrictionLimits:
-    """Limits of a car's friction, named as in a vehicle file.
+    """Limits of a car's friction, named as in a vehicle file."""
 
-    Args:
-        nominal_friction: friction of the fault-free steering [N*m]
-        rising_friction: friction from which it is reported as rising [N*m]
-        fault_friction: friction from which it is reported as a fault [N*m]
-    """
-
-    nominal_friction: Annotated[float, "N*m"]
-    rising_friction: Annotated[float, "N*m"]
-    fault_friction: Annotated[float, "N*m"]
+    nominal_friction: Annotated[float, "N*m"]  # friction of the fault-free steering [N*m]
+    rising_friction: Annotated[float, "N*m"]  # friction from which it is reported as rising [N*m]
+    fault_friction: Annotated[float, "N*m"]  # friction from which it is reported as a fault [N*m]
 
     def __post_init__(self) -> None:
         if not 0.0 < self.nominal_friction < self.rising_friction < self.fault_friction:
@@ -236,25 +187,21 @@ class FrictionVerdict:
     Args:
         limits: limits of the vehicle; None where its torques are not in N*m, so that only the ratio to the baseline
             alarms
-        tuning: tuning of the alarms
-        sample_time: time between two samples [s]
         learnt_level: baseline from earlier drives [N*m]; None learns it in this recording
-        learnt_deviation: standard deviation of that baseline [N*m]
         rising_deviation, fault_deviation: standard deviation of each limit in the vehicle file [N*m]
-        gain_given: whether the vehicle file states the deviation of the torques' gain
 
     The estimate wanders slowly, so that the run length for white noise does not apply; it was measured on fault-free
     drives, see `tierod.monitors.friction.thresholds`.
     """
 
     limits: FrictionLimits | None
-    tuning: AlarmTuning = field(default_factory=AlarmTuning, metadata=decides(*ABSOLUTE))
-    sample_time: Annotated[float, "s"] = SAMPLE_TIME
+    tuning: AlarmTuning = field(default_factory=AlarmTuning, metadata=decides(*ABSOLUTE))  # tuning of the alarms
+    sample_time: Annotated[float, "s"] = SAMPLE_TIME  # time between two samples [s]
     learnt_level: Annotated[float | None, "N*m"] = None
-    learnt_deviation: Annotated[float, "N*m"] = 0.0
+    learnt_deviation: Annotated[float, "N*m"] = 0.0  # standard deviation of that baseline [N*m]
     rising_deviation: Annotated[float, "N*m"] = 0.0
     fault_deviation: Annotated[float, "N*m"] = 0.0
-    gain_given: bool = False
+    gain_given: bool = False  # whether the vehicle file states the deviation of the torques' gain
     alarm: Cusum = field(init=False, repr=False, metadata=decides(*BASELINE))
 
     Sample = VerdictSample

@@ -134,15 +134,10 @@ TOO_FEW = "fewer than"
 
 @dataclass(frozen=True)
 class Readiness:
-    """Whether a monitor could judge a recording.
+    """Whether a monitor could judge a recording."""
 
-    Args:
-        monitor: monitor in question
-        reasons: reason for refusal by name of the variant; "" if the variant would run
-    """
-
-    monitor: Monitor
-    reasons: Mapping[str, str]
+    monitor: Monitor  # monitor in question
+    reasons: Mapping[str, str]  # reason for refusal by name of the variant; "" if the variant would run
 
     @property
     def variants(self) -> tuple[str, ...]:

@@ -21,24 +21,17 @@ class Baseline:
     """Value of a quantity of one vehicle in its fault-free condition.
 
     Args:
-        vehicle: name of the parameter set that was used
-        monitor: name of the monitor and variant that estimated it; another one may have another bias
-        value: value [unit]
-        deviation: standard deviation of the value [unit]
-        unit: unit in the notation of pint
-        seconds: time with the enabling condition fulfilled that the value is estimated from [s]
-        learnt: date and time of the estimation, ISO 8601
         rate: rate of the steering wheel at which its damping acted [rad/s], of a test whose deviation excludes the
             damping; None for others
     """
 
-    vehicle: str
-    monitor: str
-    value: Annotated[float, "unit of the signal"]
-    deviation: Annotated[float, "unit of the signal"]
-    unit: str
-    seconds: Annotated[float, "s"]
-    learnt: str = ""
+    vehicle: str  # name of the parameter set that was used
+    monitor: str  # name of the monitor and variant that estimated it; another one may have another bias
+    value: Annotated[float, "unit of the signal"]  # value [unit]
+    deviation: Annotated[float, "unit of the signal"]  # standard deviation of the value [unit]
+    unit: str  # unit in the notation of pint
+    seconds: Annotated[float, "s"]  # time with the enabling condition fulfilled that the value is estimated from [s]
+    learnt: str = ""  # date and time of the estimation, ISO 8601
     rate: Annotated[float | None, "rad/s"] = None
 
 

@@ -16,29 +16,20 @@ class EqualValues(NamedTuple):
     """State of one signal and its current run of equal values.
 
     Args:
-        value: value of the run [unit of the signal]
-        seconds: duration of the run [s]
-        moving_seconds: part of the run in which the car moved [s]
-        longest: longest such part of a run that ended with a change [s]
-        seen: time for which the signal was present and not stuck [s]
-        driven: part of that time in which the car moved [s]
         low, high: least and greatest value so far [unit of the signal]
-        step: smallest change so far [unit of the signal]
-        rests_at_zero: whether a run at zero has ended with a change
-        stuck: whether the signal is stuck
     """
 
-    value: Scalar
-    seconds: Scalar
-    moving_seconds: Scalar
-    longest: Scalar
-    seen: Scalar
-    driven: Scalar
+    value: Scalar  # value of the run [unit of the signal]
+    seconds: Scalar  # duration of the run [s]
+    moving_seconds: Scalar  # part of the run in which the car moved [s]
+    longest: Scalar  # longest such part of a run that ended with a change [s]
+    seen: Scalar  # time for which the signal was present and not stuck [s]
+    driven: Scalar  # part of that time in which the car moved [s]
     low: Scalar
     high: Scalar
-    step: Scalar
-    rests_at_zero: Scalar
-    stuck: Scalar
+    step: Scalar  # smallest change so far [unit of the signal]
+    rests_at_zero: Scalar  # whether a run at zero has ended with a change
+    stuck: Scalar  # whether the signal is stuck
 
 
 # State of a signal before its first sample
@@ -97,13 +88,11 @@ class Contradiction(NamedTuple):
     Args:
         start: by kind of comparison, least value of the other, its value at the start of the run, or the residual
             before the run
-        far: by kind of comparison, greatest value of the other, its integral since the start, or the residual
-        seconds: time for which the two have contradicted each other without interruption [s]
     """
 
     start: Scalar
-    far: Scalar
-    seconds: Scalar
+    far: Scalar  # by kind of comparison, greatest value of the other, its integral since the start, or the residual
+    seconds: Scalar  # time for which the two have contradicted each other without interruption [s]
 
 
 def rate_beside_angle(

@@ -46,15 +46,11 @@ class StuckSignals:
     right while the steering wheel rests, or one torque changes without the other.
 
     Args:
-        names: canonical signals that are checked
-        beside: further signals that serve as evidence
-        sample_time: sampling interval [s]
         shortest: shortest run of equal values that counts [s]; twice ten samples of the slowest channel that a
             monitor accepts
         jitter: longest run of equal values of a signal that changes with every sample [s]; three samples at 20 Hz.
             A wheel at rest under a sensor of 0.1 degrees has longer runs in every half minute of driving
         longer: multiple of the longest run so far from which a run counts [-]; lost frames also repeat a value
-        learning: driving time after which a signal is known to change with every sample [s]
         moving: speed from which the car counts as moving [m/s]; below it sensors may rest with the car
         delay: largest delay between signals that is not taken for a stuck signal [s]; half a second for a late
             channel, and a tenth in reserve
@@ -69,17 +65,16 @@ class StuckSignals:
         misfit: largest share of time with an inconsistent turn while all its signals change [-]; above it a unit, a
             sign or a delay is wrong, and turns are no evidence
         smoothing: time constant of the filter for the inconsistency of turns [s]; longer than the lags of a car
-        speed: bound of the difference of two speeds [m/s]
         slip: growth of that bound with the speed [-]; radius of the turn, wear of tyres and slip in braking
     """
 
-    names: tuple[str, ...]
-    beside: tuple[str, ...]
-    sample_time: Annotated[float, "s"]
+    names: tuple[str, ...]  # canonical signals that are checked
+    beside: tuple[str, ...]  # further signals that serve as evidence
+    sample_time: Annotated[float, "s"]  # sampling interval [s]
     shortest: Annotated[float, "s"] = 1.0
     jitter: Annotated[float, "s"] = 0.15
     longer: Annotated[float, ""] = 10.0
-    learning: Annotated[float, "s"] = 30.0
+    learning: Annotated[float, "s"] = 30.0  # driving time after which a signal is known to change with every sample [s]
     moving: Annotated[float, "m/s"] = 2.0
     delay: Annotated[float, "s"] = 0.6
     angle: Annotated[float, "rad"] = 0.1
@@ -89,7 +84,7 @@ class StuckSignals:
     yaw_rate: Annotated[float, "rad/s"] = 0.05
     misfit: Annotated[float, ""] = 0.05
     smoothing: Annotated[float, "s"] = 0.5
-    speed: Annotated[float, "m/s"] = 1.0
+    speed: Annotated[float, "m/s"] = 1.0  # bound of the difference of two speeds [m/s]
     slip: Annotated[float, ""] = 0.15
 
     class State(NamedTuple):
