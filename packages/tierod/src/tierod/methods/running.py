@@ -144,8 +144,10 @@ class OuterLevels:
     def _outer(self, known: dict[float, int], values: np.ndarray, sign: float) -> dict[float, int]:
         # Once all levels are taken, samples inside them cannot matter: this leaves few to be sorted.
         if len(known) == self.KEPT:
-            inner = max(sign * level for level in known)
-            values = values[sign * values <= inner]
+            inner = max(known) if sign > 0.0 else min(known)
+            values = values[values <= inner if sign > 0.0 else values >= inner]
+            if not len(values):
+                return known
         found = dict(known)
         for level, count in zip(*(part.tolist() for part in np.unique(values, return_counts=True)), strict=True):
             found[level] = found.get(level, 0) + count
