@@ -136,19 +136,15 @@ class Episode:
     """Time interval in which a sensor or an actuator was faulty.
 
     Args:
-        kind: type of the fault in words ("total loss", "positive offset"); empty where it is not identifiable
-        start: likeliest onset of the fault in the recording [s]
-        end: likeliest end of the fault [s]; None where it lasts to the end of the recording
-        magnitude: fault magnitude; None where the fault has none, or it is not identifiable
         candidates: other elements whose fault explains the readings as well; empty where there are none
         declared: time of the declaration [s], when the evidence was sure; a slow or hidden fault begins long before,
             and may have ended by then
     """
 
-    kind: str
-    start: float
-    end: float | None = None
-    magnitude: Estimate | None = None
+    kind: str  # type of the fault in words ("total loss", "positive offset"); empty where it is not identifiable
+    start: float  # likeliest onset of the fault in the recording [s]
+    end: float | None = None  # likeliest end of the fault [s]; None where it lasts to the end of the recording
+    magnitude: Estimate | None = None  # fault magnitude; None where the fault has none, or it is not identifiable
     candidates: tuple[str, ...] = ()
     declared: float | None = None
 
@@ -168,27 +164,20 @@ class Element:
     """The state of one sensor or actuator over a recording.
 
     Args:
-        name: name of the signal or actuator
-        role: "sensor" or "actuator"
-        status: fault or suspect where it has an episode, else healthy, or why it could not be judged
-        cause: why it could not be judged, or was judged for a part of the time only
-        episodes: intervals in which it was faulty, in chronological order
         substitute: its replacement while it is faulty, with the measured error of that; empty where there is none
-        trouble_code: diagnostic trouble code; empty where there is none
         smallest: smallest lasting offset of a fault-free sensor, or lost share of an actuator's torque, that would have
             been seen [unit]; None where none is stated
-        unit: unit of `smallest`
     """
 
-    name: str
-    role: str
-    status: Status
-    cause: str = ""
-    episodes: tuple[Episode, ...] = ()
+    name: str  # name of the signal or actuator
+    role: str  # "sensor" or "actuator"
+    status: Status  # fault or suspect where it has an episode, else healthy, or why it could not be judged
+    cause: str = ""  # why it could not be judged, or was judged for a part of the time only
+    episodes: tuple[Episode, ...] = ()  # intervals in which it was faulty, in chronological order
     substitute: str = ""
-    trouble_code: str = ""
+    trouble_code: str = ""  # diagnostic trouble code; empty where there is none
     smallest: float | None = None
-    unit: str = ""
+    unit: str = ""  # unit of `smallest`
 
 
 @dataclass(frozen=True)
@@ -197,13 +186,12 @@ class Trace:
 
     Args:
         name, unit: name and unit of a signal of the catalogue, or of an output of the monitor
-        time: left edge of each bin [s], shape (n,)
         lower, upper, mean: shape (n,) each; NaN where no sample fell into the bin
     """
 
     name: str
     unit: str
-    time: Any
+    time: Any  # left edge of each bin [s], shape (n,)
     lower: Any
     upper: Any
     mean: Any
@@ -232,7 +220,6 @@ class Curve:
     Args:
         along, up: values on the horizontal and on the vertical axis, (n,) each
         along_title, up_title: titles of the axes, with unit
-        chosen: the point of the design in use; None where it is off the curve
         chance: whether `up` is a probability from 0 to 1 over a magnitude; else both are times, on logarithmic axes
     """
 
@@ -240,7 +227,7 @@ class Curve:
     up: tuple[float, ...]
     along_title: str
     up_title: str
-    chosen: tuple[float, float] | None = None
+    chosen: tuple[float, float] | None = None  # the point of the design in use; None where it is off the curve
     chance: bool = False
 
 
@@ -250,10 +237,6 @@ class Decided:
 
     Args:
         name, distance, rule, false_alarms, source: in words
-        statistic: name of the trace that is compared with the thresholds; "" where there is none
-        levels: thresholds, in the unit of that trace or of the value of a single test
-        curve: trade-off of its design; None without one
-        below: whether the rule acts below its thresholds; else above positive and below negative ones
         reached: furthest value over the recording, or the value of a single test; None where neither is known
         passed: time [s] of the first crossing of a threshold; None where none was crossed, or for a single test
     """
@@ -263,10 +246,10 @@ class Decided:
     rule: str
     false_alarms: str
     source: str
-    statistic: str = ""
-    levels: tuple[float, ...] = ()
-    curve: Curve | None = None
-    below: bool = False
+    statistic: str = ""  # name of the trace that is compared with the thresholds; "" where there is none
+    levels: tuple[float, ...] = ()  # thresholds, in the unit of that trace or of the value of a single test
+    curve: Curve | None = None  # trade-off of its design; None without one
+    below: bool = False  # whether the rule acts below its thresholds; else above positive and below negative ones
     reached: float | None = None
     passed: float | None = None
 
@@ -276,20 +259,16 @@ class ParameterEffect:
     """Effect of an uncertain vehicle parameter on a result.
 
     Args:
-        name: name of the parameter
         value, standard_deviation, unit: as used for the result
-        effect: change of the result for one standard deviation of the parameter, with sign
-        effect_unit: in the notation of pint; "" for a distance from a threshold, relative to the threshold
-        share: share of the variance that all parameters add to the result [0 to 1]
     """
 
-    name: str
+    name: str  # name of the parameter
     value: float
     standard_deviation: float
     unit: str
-    effect: float
-    effect_unit: str
-    share: float
+    effect: float  # change of the result for one standard deviation of the parameter, with sign
+    effect_unit: str  # in the notation of pint; "" for a distance from a threshold, relative to the threshold
+    share: float  # share of the variance that all parameters add to the result [0 to 1]
 
 
 @dataclass(frozen=True)
