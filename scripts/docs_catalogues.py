@@ -156,10 +156,7 @@ def trouble_codes() -> str:
 
 def faults() -> str:
     """Page of the shipped faults, and of the behaviours of faulty elements."""
-    rows = []
-    for each in printed("faults")["faults"]:
-        effects = "; ".join(f"`{one['element']}` {one['behaviour']['kind']}" for one in each["effects"])
-        rows.append((f"`{each['name']}`", each["description"], effects))
+    rows = [(f"`{each['name']}`", each["description"]) for each in printed("faults")["faults"]]
     kinds = [
         (f"`{each['name']}`", each["description"], each["fields"], each["elements"])
         for each in printed("faults", "--behaviours")["behaviours"]
@@ -169,7 +166,7 @@ def faults() -> str:
         "Faults that can be injected into a simulation. `tierod faults NAME` prints one; "
         "[how to use them](../how-to/inject-faults.md).",
         "## Shipped faults",
-        table(("fault", "what happens", "effects"), rows),
+        table(("fault", "what happens"), rows),
         "## Behaviours",
         "Fields in brackets have a default.",
         table(("behaviour", "what it does", "fields", "elements"), kinds),
@@ -178,16 +175,12 @@ def faults() -> str:
 
 def scenarios() -> str:
     """Page of the shipped scenarios."""
-    rows = []
-    for each in printed("scenarios")["scenarios"]:
-        found = printed("scenarios", each["name"])
-        facts = (f"`{found['car']}`", f"`{found['course']}`", f"{found['seconds']:g} s", "; ".join(found["faults"]))
-        rows.append((f"`{each['name']}`", each["description"], *facts))
+    rows = [(f"`{each['name']}`", each["description"]) for each in printed("scenarios")["scenarios"]]
     return page(
         "Scenarios",
-        "`tierod simulate NAME -o drive.mf4` drives one; `tierod scenarios NAME` prints it. "
+        "`tierod simulate NAME -o drive.mf4` drives one; `tierod scenarios NAME` prints car, course and faults. "
         "[How to write one](../how-to/simulate.md), [virtual cars and courses](cars-and-courses.md).",
-        table(("scenario", "what it is", "car", "course", "duration", "faults"), rows),
+        table(("scenario", "what it is"), rows),
     )
 
 
@@ -196,16 +189,14 @@ def cars_and_courses() -> str:
     cars = []
     for each in printed("scenarios", "--cars")["cars"]:
         found = printed("scenarios", each["name"], "--cars")
-        parts = ", ".join(part for place, part in found["parts"].items() if "." not in place)
-        vehicle = f"`{found['vehicle']}`" if found["vehicle"] else ""
-        cars.append((f"`{each['name']}`", each["description"], found["kind"], parts, vehicle))
+        cars.append((f"`{each['name']}`", each["description"], f"`{found['vehicle']}`" if found["vehicle"] else ""))
     courses = [(f"`{each['name']}`", each["description"]) for each in printed("scenarios", "--courses")["courses"]]
     return page(
         "Virtual cars and courses",
         "`tierod scenarios NAME` prints one with every parameter; `--toml` prints its file.",
         "## Cars",
         "The last column names the vehicle file that monitors use for the recordings of the car.",
-        table(("car", "what it is", "kind", "parts", "vehicle"), cars),
+        table(("car", "what it is", "vehicle"), cars),
         "## Courses",
         table(("course", "what it is"), courses),
     )

@@ -13,7 +13,6 @@ from tierod_lab.ground.steering.friction import Dahl
 
 
 def level(course, *time):
-    """What the fault makes of the parameter at some instants [s]."""
     change = course.behaviour().change(np.array(time), None)
     assert change.gain == 0.0
     return change.offset
@@ -124,7 +123,6 @@ def test_city_country_and_motorway_are_driven(healthy):
 
 
 def test_car_stays_near_the_road_and_below_the_limit_of_adhesion(healthy):
-    """With little friction; with more, the test of the gate asks for it."""
     require_on_road(healthy)
 
 
@@ -149,7 +147,6 @@ def test_seed_keeps_the_route_whatever_else_changes():
 
 
 def test_a_drive_in_pieces_is_one_drive():
-    """It goes on where its pieces meet: no jump of the truth."""
     recording = drive(minutes=1.2, seed=3, sensors=IDEAL)
     angle = recording["steering_wheel_angle"].values
     rate = recording["steering_wheel_rate"].values
@@ -215,7 +212,6 @@ def test_a_chosen_road_is_driven():
 
 
 def resistance(recording):
-    """Rate of the steering wheel, and torque that bar and motor put into the column beyond its viscous damping."""
     steering = EpsCar().steering
     gear, damping = steering.motor.ratio, steering.damping + steering.motor.ratio**2 * steering.motor.damping
     rate = recording["steering_wheel_rate"].values

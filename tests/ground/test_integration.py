@@ -44,8 +44,6 @@ def test_error_falls_with_the_fourth_power():
 
 
 class Coupled(NamedTuple):
-    """A fast, damped spring between two masses, and a slow swing that drives it."""
-
     gear: tuple[Any, ...]
     swing: Swing
 
@@ -64,7 +62,6 @@ def coupled_rate(state):
 
 
 def at_one_second(step, share=1.0):
-    """State after a second; `share` spoils the Jacobian."""
     still = (0.0,) * 4
     inverse = implicit_inverse(lambda gear: tuple(share * rate for rate in gear_rate(gear)), still, step)
     state = Coupled(still, Swing(1.0, 0.0))
@@ -131,7 +128,6 @@ STEERINGS = {
 
 @pytest.mark.parametrize("name", STEERINGS)
 def test_friction_enters_as_its_derivative_by_the_angle(name):
-    """Against the Jacobian of the whole, a hair ahead on the way to the left, with friction half built up."""
     steering = STEERINGS[name]
     memory = rebuild(steering.remembered(), [0.5 for _ in leaves(steering.remembered())])
     idle = Loads(0.0, 0.0, 0.0, (0.0,) * len(steering.actuators), 0.0, 0.0)

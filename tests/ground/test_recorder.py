@@ -65,7 +65,6 @@ def test_of_no_outputs_there_is_nothing():
 
 @pytest.mark.parametrize("fine", [1e-3, 0.7e-3, 1.0 / 16e3])
 def test_after_ten_hours_a_sample_is_still_that_very_sample(fine):
-    """Both clocks are products of rounded numbers; where they meet nothing is interpolated."""
     begin = round(36_000.0 / fine)
     numbers = np.arange(begin, begin + 14_000, dtype=float)
     instants = numbers[::7] * fine

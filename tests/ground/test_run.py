@@ -24,8 +24,6 @@ DRIVE = NaturalDrive(name="some roads", seed=3, time=60.0)
 
 @dataclass(frozen=True)
 class Turn:
-    """A course with columns of its own."""
-
     column: str = "demand.steering_wheel_angle"
     value: float = 0.3
     speed: float = 15.0
@@ -89,7 +87,6 @@ def test_a_run_that_is_lost_from_the_beginning_is_empty():
 
 
 def test_leaving_the_limits_for_a_moment_is_leaving_them(monkeypatch):
-    """Where a signal is back within its limits before the car is looked at again."""
     module = __import__("tierod_lab.ground.run", fromlist=["LIMITS"])
     monkeypatch.setattr(module, "LOOK", 5.0)
     course = SineSteer(name="sine", speed=20.0, settle=1.0, frequency=1.0, rest=3.0)
@@ -190,7 +187,6 @@ TIME = np.linspace(0.0, LOOK, 50, endpoint=False)
 
 
 def pieces(foresight, distance_at, speed_at, count):
-    """Distances and speeds of several looks, one after the other."""
     found = []
     for number in range(count):
         if number:

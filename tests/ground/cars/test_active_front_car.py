@@ -27,7 +27,6 @@ def swinging(**inputs):
 
 
 def motor_angle(run):
-    """Once a step."""
     return run["motor_angle_mechanical"][::10]
 
 
@@ -71,7 +70,6 @@ def test_locked_the_wheel_steers_by_itself():
 
 
 def test_the_motor_alone_turns_the_pinion_against_held_hands():
-    """A false sensor of the steering wheel makes the unit superpose an angle: the hands feel it and hold."""
     run = Run(CAR, 2000, demand__speed=15.0, ports__steering_wheel_angle__offset=0.5)
     superposed = motor_angle(run)[-1] / CAR.steering.motor_ratio
     target = 0.5 * (CAR.ratio.gain(15.0) - 1.0)
@@ -100,7 +98,6 @@ def test_assist_faults_act_on_the_column():
 
 
 def test_a_finer_step_gives_the_same():
-    """Half the step with half the motor's periods in it: the rotor's coupling to the column holds."""
     half = replace(
         CAR,
         step_time=5e-4,
@@ -132,7 +129,6 @@ def test_float_steps_agree_with_the_kernel():
 
 
 def with_rings(state):
-    """Delay lines read what they were filled with: nothing pushed in so few steps comes out."""
     ring = state.held.driver.offset_ahead
     mind = state.held.driver._replace(offset_ahead=ring._replace(oldest=ring.initial, newest=None))
     return state._replace(held=state.held._replace(driver=mind))

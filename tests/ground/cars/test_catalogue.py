@@ -39,8 +39,6 @@ steering.friction.level = "3 N*m"
 
 @pytest.fixture
 def mine(tmp_path):
-    """A function that writes a car's file and loads it."""
-
     def make(text=FILE):
         path = tmp_path / "mine.toml"
         path.write_text(text, encoding="utf-8")

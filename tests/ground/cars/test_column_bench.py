@@ -24,8 +24,6 @@ IDLE = rebuild(skeleton(Acting), [0.0] * 10)
 
 
 def linear(bench):
-    """State matrix, rates last."""
-
     def slope(motion):
         return bench.derivative(motion, motion, bench.friction.remembered(), 0.0, IDLE)
 

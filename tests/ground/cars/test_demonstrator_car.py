@@ -36,7 +36,6 @@ def driven(car=CAR, **inputs):
 
 
 def fault(value, before=1.0):
-    """A level that changes after four seconds."""
     return np.where(TIME < 4.0, before, value)
 
 
@@ -119,7 +118,6 @@ def test_one_steering_motor_is_enough_and_asks_for_more():
 
 
 def test_without_steering_motors_the_wheel_motors_steer():
-    """Both steering motors dead from the start: a mild bend by torque difference alone, or straight on."""
     bend = 0.01 * (TIME > 1.0)
     inputs = {
         "demand__speed": 6.0,
@@ -140,7 +138,6 @@ def test_without_steering_motors_the_wheel_motors_steer():
 
 @pytest.mark.parametrize(("side", "sign"), [("left", -1.0), ("right", 1.0)])
 def test_a_lost_wheel_motor_pulls_at_the_tie_rods_to_one_side(side, sign):
-    """The wheel that still drives turns the steering towards the dead one, and the column holds against it."""
     inputs = {f"ports__drive_torque_{side}__gain": fault(0.0)}
     run = Run(CAR, COUNT, demand__speed=6.0 + 0.4 * np.maximum(TIME - 3.0, 0.0), demand__attention=1.0, **inputs)
     force = np.mean(run["tie_rod_force"][5000:7000])

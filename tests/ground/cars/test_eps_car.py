@@ -25,7 +25,6 @@ KINDS = ["single track", "two track"]
 
 
 def inputs(car, seconds, speed=20.0, **columns):
-    """Inputs of a car on flat dry ground; `demand__x` names the column demand.x."""
     time = np.arange(round(seconds / STEP)) * STEP
     names = [path for path, _ in leaves(skeleton(car.Sample))]
     given = {name.replace("__", "."): value for name, value in columns.items()} | {"demand.speed": speed}
@@ -45,7 +44,6 @@ def car_with(chassis, speed=20.0, level=4.0, **parts):
 
 
 def last(result, name):
-    """End of a channel by the last part of its name."""
     (path,) = (n for n in result.names if n.split(".")[-1] == name)
     return result[path][-1]
 
@@ -100,7 +98,6 @@ def test_work_on_the_column_is_kinetic_energy_and_losses():
 
 
 def test_friction_loop_area_in_the_car_is_level_times_path():
-    """Strokes of many Dahl angles: each of the reversals lacks less than two Dahl angles of path."""
     steering = ColumnEps(friction=DryFriction(law=Dahl(math.radians(0.02))))
     car = car_with(TwoTrack(), 15.0, 8.0, steering=steering)
     out = scan(car, inputs(car, 20.0, 15.0, demand__steering_wheel_angle=lambda t: 0.8 * np.sin(2.0 * t)))
@@ -150,7 +147,6 @@ def test_a_halting_car_swings_on_its_tyres_but_rolls_no_way_back(chassis):
 
 
 def free(chassis, step, level):
-    """A car that neither a control unit nor a foot acts on, since those decide once a step."""
     unit = AssistUnit(
         characteristic=Characteristic(linear_gain=0.0, quadratic_gain=0.0),
         active_return=ActiveReturn(gain=0.0),
@@ -164,7 +160,6 @@ def free(chassis, step, level):
 @pytest.mark.parametrize("chassis", CHASSIS, ids=KINDS)
 @pytest.mark.parametrize("level", [0.0, 8.0])
 def test_a_step_of_a_millisecond_is_of_second_order_and_short_enough(chassis, level):
-    """Friction included: the hands push the wheel to and fro."""
     push = lambda t: 5.0 * np.sin(3.0 * t) ** 3  # noqa: E731
     values = inputs(free(chassis, STEP, level), 2.0, 15.0, demand__hand_torque=push, demand__grip=0.0)
     coarse, quarter, fine = (

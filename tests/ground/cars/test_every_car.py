@@ -44,7 +44,6 @@ def test_faults_reach_its_actuators_and_what_its_units_read(plant):
 
 @pytest.mark.parametrize("plant", [plant for plant in PLANTS if not isinstance(plant, ColumnBench)], ids=named)
 def test_every_actuator_can_be_sluggish_by_itself(plant):
-    """Each by a time constant of its own; the motor of the column bench has none."""
     reach = Reach(plant, SensorSet.ideal())
     lags = [target.name for name in reach.actuators for target in reach.targets(f"actuator.{name}", Sluggish(0.03))]
     assert len(set(lags)) == len(reach.actuators)

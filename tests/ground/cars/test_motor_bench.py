@@ -32,7 +32,6 @@ def test_it_follows_its_target_against_the_spring():
 
 
 def test_the_flux_of_currents_and_voltages_shows_the_angle():
-    """Voltages are means over the period that ends with their sample: their sum less the resistance's is the flux."""
     run = swinging()
     current = run["motor_current_alpha"] + 1j * run["motor_current_beta"]
     voltage = run["motor_voltage_alpha"] + 1j * run["motor_voltage_beta"]
@@ -71,7 +70,6 @@ def test_half_the_torque_is_asked_for_twice():
 
 
 def test_a_current_sensor_that_reads_too_much_takes_torque_away():
-    """Both currents read double: half of what is asked for flows."""
     run = Run(BENCH, 200, motor_torque=1.0, locked=1.0, ports__motor_current_beta__gain=2.0)
     assert run["motor_torque"][-1] == pytest.approx(0.5, rel=0.01)
     assert run["motor_current_beta"][-1] == pytest.approx(0.5 / 0.051, rel=0.02)

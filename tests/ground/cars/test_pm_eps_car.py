@@ -23,7 +23,6 @@ def swinging(**inputs):
 
 
 def gain(run):
-    """Torque per torque asked for."""
     asked = run["motor_target_torque"]
     return run["motor_torque"] @ asked / (asked @ asked)
 
@@ -57,7 +56,6 @@ def test_magnets_that_are_hot_give_less():
 
 
 def test_a_false_rotor_angle_costs_torque():
-    """Sixty electrical degrees: half of it."""
     run = swinging(ports__motor_angle_mechanical__offset=np.radians(60.0) / 4.0)
     assert gain(run) == pytest.approx(0.5, abs=0.05)
 
@@ -69,7 +67,6 @@ def test_a_dead_motor_leaves_the_hands_alone():
 
 
 def test_a_weak_motor_has_weak_currents():
-    """A fault of the motor acts on what is asked of its drive, so that torque and currents agree."""
     run = swinging(ports__motor_torque__gain=0.5)
     assert gain(run) == pytest.approx(0.5 * gain(swinging()), rel=0.02)
     current = np.hypot(run["motor_current_alpha"], run["motor_current_beta"])[::10]

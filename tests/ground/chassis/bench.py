@@ -45,8 +45,6 @@ class Seen(NamedTuple):
 
 @dataclass(frozen=True)
 class Bench:
-    """Front wheels driven, all wheels braked alike; private parts of the reaction are left out of the output."""
-
     chassis: Any = field(default_factory=TwoTrack)
     speed: float = 20.0
     step_time: float = STEP

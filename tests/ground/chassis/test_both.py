@@ -113,7 +113,6 @@ def test_lowered_from_a_hoist_it_stands(body):
 
 
 def test_wheels_turned_in_the_air_come_down_without_scrub(body):
-    """They were twisted on the ground before; in the air that is gone."""
     support = lambda t: np.interp(t, [2.0, 2.5, 4.5, 5.0], [1.0, 0.0, 0.0, 1.0])  # noqa: E731
     steer = lambda t: np.interp(t, [0.0, 1.0, 3.0, 4.0], [0.0, 0.3, 0.3, -0.3])  # noqa: E731
     out = drive(body, 6.0, 0.0, steer=steer, support=support, brake=500.0)
@@ -143,7 +142,6 @@ def test_crosswind_pushes_and_turns_a_standing_start(body):
 
 
 def test_driven_straight_in_crosswind_the_tyres_balance_the_air(body):
-    """The wind to the left, held by a steer to the right: side force and moment of the tyres are those of the air."""
     angle = 0.0
     for _ in range(12):
         out = drive(unresisted_with_air(body), 4.0, 25.0, steer=angle, crosswind=8.0).at(-1).reaction
@@ -199,7 +197,6 @@ def test_backwards_it_rolls_as_well(body):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_whatever_is_done_to_it_it_stays_finite(body, seed):
-    """Steer, drive, brakes, bank, grade, split and failing grip, a hoist, and gusts, all at random."""
     random = np.random.default_rng(seed)
     count = 10_000
 

@@ -108,7 +108,6 @@ def test_more_drive_on_the_right_steers_left_at_the_kingpins():
 
 
 def test_load_dependence_takes_stiffness_from_an_axle_that_leans():
-    """At the same lateral force an axle with one light and one heavy wheel slips more."""
     upright = replace(CAR, centre_height=0.1)
     slips = []
     for car in (CAR, upright):
@@ -148,8 +147,6 @@ class Free(NamedTuple):
 
 @dataclass(frozen=True)
 class FreeSteering:
-    """Front wheels with inertia and damping about their kingpins, held by nothing."""
-
     chassis: TwoTrack = field(default_factory=TwoTrack)
     speed: float = 3.0
     inertia: float = 25.0

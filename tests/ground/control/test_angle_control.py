@@ -42,7 +42,6 @@ def test_damping_ahead_follows_a_ramp_without_lag():
 
 
 def test_the_limit_holds_and_nothing_winds_up():
-    """A step far beyond what the torque can do at once overshoots by no larger share than a small one."""
     angles, torques = follow(CONTROL, np.full(4000, 4.0))
     small, _ = follow(CONTROL, np.full(4000, 0.1))
     assert np.max(np.abs(torques)) == CONTROL.torque_limit

@@ -70,7 +70,6 @@ STEERINGS = {
 
 
 def poles(rig):
-    """Of the whole loop, discrete as it runs, linearised where the bar carries a torque and all else is settled."""
     unit, steering, shape = rig.assist, rig.steering, rig.placed()
     moving = [k for k, (path, _) in enumerate(leaves(shape)) if not path.startswith("friction")]
     symbols, angle, speed = casadi.SX.sym("x", len(values_of(shape))), casadi.SX.sym("angle"), casadi.SX.sym("speed")

@@ -17,8 +17,6 @@ SEEN = Seen(20.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, Hand(0.0, 0.0))
 
 
 class Lane:
-    """A driver in a car that rolls where its front wheels point, its wheel a light inertia with a little friction."""
-
     inertia, damping, aligning = 0.1, 0.8, 0.6
 
     def __init__(self, driver, speed, offset=0.0, car_mass=None):
@@ -207,8 +205,6 @@ class Sample(NamedTuple):
 
 @dataclass(frozen=True)
 class Decisions:
-    """A driver's decisions, torque and slopes as a block."""
-
     driver: HumanDriver
     Sample = Sample
 

@@ -11,7 +11,6 @@ from tierod_lab.ground.run import run
 
 
 def frequency(sweep, at):
-    """By counting upward crossings of zero around an instant [Hz]."""
     time = np.arange(at - 0.5, at + 0.5, 1e-4)
     torque = sweep.columns(time, 0.0 * time, 0.0, 0.0)["motor_torque"]
     up = time[1:][(torque[:-1] < 0.0) & (torque[1:] >= 0.0)]

@@ -90,7 +90,6 @@ def test_steady_conditions_set_their_columns(condition, levels):
 
 
 def test_a_curve_goes_on_behind_its_beginning():
-    """A car that rolls back from its start finds the end of the curve there."""
     curve = Repeated(np.array([0.0, 1.0, 4.0, 2.0]), 0.5)
     assert curve.at(np.array([-0.5, -0.25, 0.0, 0.25, 2.0])) == pytest.approx([2.0, 1.0, 0.0, 0.5, 0.0])
 

@@ -48,7 +48,6 @@ class Car:
         return (0.0, 0.0, 0.0, 0.0)
 
     def step(self, state: Any, sample: Any) -> tuple[Any, Output]:
-        """Torque follows the curvature, the motor doubles it; the car drives at the demanded speed."""
         distance, *held = state
         torque = 100.0 * sample.road.curvature + self.steering.level
         kept_torque, torque_read = pass_through(sample.ports.driver_torque, held[0], torque)

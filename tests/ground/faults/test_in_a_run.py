@@ -30,7 +30,6 @@ def driven(*faults, seed=3):
 
 
 def differing(one, other, name):
-    """Times at which a channel of two runs differs [s]."""
     first, second = one.recording[name], other.recording[name]
     return first.time[first.values != second.values]
 

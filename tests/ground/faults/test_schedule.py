@@ -37,7 +37,6 @@ def make(*faults, seed=0, seconds=SECONDS):
 
 
 def drive(schedule, speed=lambda time: 10.0, curvature=lambda time: 0.02 * np.sin(time), piece=PIECE, car=None):
-    """The stand-in driven piece by piece, as `run` does it: (time, outputs by channel)."""
     block = Varied(car or Car(), schedule.parameters) if schedule.parameters else car or Car()
     driven, memory = kernel(block), initial_memory(block)
     index = {name: column for column, name in enumerate(driven.graph.sample)}
@@ -87,7 +86,6 @@ def torque(time):
     ids=lambda behaviour: type(behaviour).__name__,
 )
 def test_a_loop_and_the_recording_see_the_same_fault(behaviour):
-    """The stand-in's motor makes twice the torque that its control unit reads."""
     schedule = make(Fault("driver_torque", behaviour, AtTime(3.0), 4.0))
     time, outputs = drive(schedule)
     stamps = np.arange(1000) / 100.0

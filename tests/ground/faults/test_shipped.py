@@ -18,7 +18,6 @@ def car(name):
 
 
 def cars_of(fault):
-    """(car, schedule) of every shipped car that can have a fault."""
     found = []
     for name in catalogue.shipped():
         try:

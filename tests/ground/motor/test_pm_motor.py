@@ -21,7 +21,6 @@ COLD = Warming(ambient_temperature=293.15)
 
 
 def smooth(motor=AFS_MOTOR, **changed):
-    """Without slots, dry friction, losses of the inverter, and heat."""
     machine = replace(motor.machine, **{"friction": 0.0, "cogging": 0.0} | changed)
     return replace(motor, machine=machine, inverter=IDEAL, warming=COLD)
 
@@ -109,7 +108,6 @@ def test_current_and_voltage_stay_within_their_limits():
 
 @pytest.mark.parametrize("error", [-0.4, 0.25])
 def test_a_false_angle_turns_the_current_away(error):
-    """At rest the torque falls with the cosine of the electrical error."""
     run = Run(MotorBench(smooth()), 100, request=1.0, locked=1.0, sensor__offset=error / 4.0)
     assert run["motor_torque"][-1] == pytest.approx(math.cos(error), rel=2e-3)
     assert not np.any(run["motor_angle_mechanical"])
@@ -123,7 +121,6 @@ def test_a_stuck_angle_stops_the_motor():
 
 
 def test_dead_time_and_drop_are_lost_and_learnt():
-    """Held still with current along beta: the loss of two phases, a difference that the control makes good."""
     motor = replace(smooth(), inverter=Inverter(dead_time=2e-6, forward_drop=0.7))
     run = Run(MotorBench(motor), 300, request=1.0, locked=1.0)
     lost = run["motor_target_voltage_beta"] - run["motor_voltage_beta"]

@@ -45,8 +45,6 @@ start = "1 min"
 
 @pytest.fixture
 def write(tmp_path):
-    """A function that writes a file beside the others of the test."""
-
     def put(text, name="mine.toml"):
         path = tmp_path / name
         path.write_text(text, encoding="utf-8")

@@ -17,7 +17,6 @@ def read(text, path="drive.toml"):
 
 
 def test_production_has_the_seven_channels_of_the_friction_monitor():
-    """Noise and offsets are those of the simulations on which the friction monitor was designed."""
     production = SensorSet.production()
     assert {name: production[name] for name in CHANNELS} == {
         "steering_wheel_angle": Sensor(quantum=math.radians(0.1)),

@@ -17,8 +17,6 @@ STEP = 1e-3
 
 
 class Given(NamedTuple):
-    """What a rig does at one instant; the hands are a torque, and a spring and damper towards an angle."""
-
     hand_torque: Annotated[float, "N*m"] = 0.0
     hand_angle: Annotated[float, "rad"] = 0.0
     motor_torque: Annotated[float, "N*m"] = 0.0
@@ -38,8 +36,6 @@ class State(NamedTuple):
 
 @dataclass(frozen=True)
 class Rig:
-    """A steering with linear kingpins and hands; with an assist unit or the motor's torque as given."""
-
     steering: Any = field(default_factory=ColumnEps)
     assist: AssistUnit | None = None
     kingpin_stiffness: float = 0.0
@@ -88,13 +84,11 @@ class Rig:
         return State(after, friction, assist), signals
 
     def run(self, seconds, state=None, **given):
-        """The scan over some seconds; what is given are numbers or functions of time."""
         time = np.arange(round(seconds / self.step_time)) * self.step_time
         columns = Given()._replace(**given)
         values = [value(time) if callable(value) else np.full(len(time), value) for value in columns]
         return time, scan(self, np.column_stack(values), self.init() if state is None else state)
 
     def placed(self, **motion):
-        """The rig at rest with some of its motion as given."""
         state = self.init()
         return state._replace(motion=Motion(state.motion.steering._replace(**motion)))

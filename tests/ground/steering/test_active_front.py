@@ -30,7 +30,6 @@ def test_angles_superpose():
 
 
 def test_the_gear_loses_no_power():
-    """What hands and motor give is what pinion and torsion bar take."""
     motion = moving(0.50, 0.9, 6.0, 0.70, 1.1)
     signals = STEERING.signals(motion, STEERING.remembered(), LOADS)
     at_pinion = 1.1 * signals.driver_torque

@@ -20,13 +20,11 @@ RIGID = ColumnEps(friction=SMOOTH, linkage=PARALLEL, torsion_bar=None)
 
 
 def below(steering):
-    """Inertia below the torsion bar with a rigid gear."""
     motor = steering.motor
     return steering.column_inertia + steering.linkage.inertia + motor.ratio**2 * motor.inertia
 
 
 def viscosity(steering):
-    """Damping below the bar, with that of the steering wheel where the bar is rigid."""
     wheel = steering.wheel_damping if steering.torsion_bar is None else 0.0
     return wheel + steering.damping + steering.motor.ratio**2 * steering.motor.damping
 
@@ -111,7 +109,6 @@ LAWS = [Coulomb(), Dahl(), DahlPower(exponent=0.5), DahlPower(exponent=2.0), Max
 @pytest.mark.parametrize("turns", [0.3, 1.0, 4.0])
 @pytest.mark.parametrize("law", LAWS, ids=[f"{type(law).__name__}{getattr(law, 'exponent', '')}" for law in LAWS])
 def test_loop_of_the_hands_is_the_work_of_friction(law, turns):
-    """Without damping the loop of the driver's torque over the wheel has the area of the friction's loop."""
     steering = ColumnEps(
         friction=DryFriction(4.0, law), damping=0.0, motor=Motor(damping=0.0), torsion_bar=TorsionBar(damping=0.0)
     )

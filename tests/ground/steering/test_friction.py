@@ -6,7 +6,6 @@ from tierod_lab.ground.steering.friction import Coulomb, DryFriction, LuGre, Wav
 
 
 def sliding(friction, direction, angle=0.0, load=1.0):
-    """Torque after a long stroke."""
     memory = friction.advance(friction.remembered(), direction * 3.0, direction * 2.0, load, angle)
     return friction.torque(memory, 0.0, direction * 2.0, load, angle)
 

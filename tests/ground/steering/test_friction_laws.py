@@ -44,8 +44,6 @@ AMPLITUDE, STEP = 0.5, 1e-3
 
 @dataclass(frozen=True)
 class Dragged:
-    """A law along a given path."""
-
     law: Law
 
     class Sample(NamedTuple):
@@ -60,19 +58,16 @@ class Dragged:
 
 
 def sine(rate, cycles=2):
-    """Time, angle and rate of a sine of a peak rate."""
     speed = rate / AMPLITUDE
     time = np.arange(0.0, cycles * 2.0 * math.pi / speed, STEP)
     return time, AMPLITUDE * np.sin(speed * time), rate * np.cos(speed * time)
 
 
 def sampled(law, angle, rate):
-    """Friction share after every step."""
     return scan(Dragged(law), np.column_stack([np.diff(angle), rate[1:]])).values[:, 0]
 
 
 def solved(slope, time, rates):
-    """One state from zero by an adaptive method, reversals stepped over in small steps."""
     speed = math.pi / time[np.argmin(rates)]
     peak = rates[0]
 
@@ -87,7 +82,6 @@ def solved(slope, time, rates):
 
 
 def along(slope, angle, part=1e-4):
-    """A share that is kept within its level, by Euler steps of the path cut finely."""
     parts = math.ceil(np.max(np.abs(np.diff(angle))) / part)
     fine = np.interp(np.arange((len(angle) - 1) * parts + 1) / parts, np.arange(len(angle)), angle)
     share, out = 0.0, [0.0]
@@ -98,7 +92,6 @@ def along(slope, angle, part=1e-4):
 
 
 def elastoplastic(angle, elastic):
-    """An elastic element that slips."""
     return along(lambda share, turned: 1.0 / elastic, angle)
 
 

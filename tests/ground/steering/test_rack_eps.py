@@ -18,7 +18,6 @@ SMOOTH = DryFriction(level=0.0)
 
 
 def matrix(steering):
-    """Linearised steering without outer loads."""
     at, memory = steering.stiff(), steering.remembered()
     idle = Loads(0.0, 0.0, 0.0, (0.0,) * len(steering.actuators), 0.0, 0.0)
     return np.array(jacobian(lambda motion: steering.derivative(motion, at, memory, idle), at))
@@ -117,7 +116,6 @@ def test_pinion_turns_freely_within_the_play():
 @pytest.mark.parametrize("motor_on_rack", [True, False])
 @pytest.mark.parametrize("friction_on_rack", [True, False])
 def test_slow_turns_are_those_of_a_column(motor_on_rack, friction_on_rack):
-    """The same inertia, damping and friction behind a stiff gear: both steerings feel alike."""
     linkage = Linkage(friction=DryFriction(10.0))
     column = ColumnEps(column_inertia=4e-4, damping=0.1, linkage=linkage)
     rack = RackEps(

@@ -73,7 +73,6 @@ RATE = 200.0
 
 
 def noisy(seed, seconds=200.0, noise=0.5):
-    """White noise through a second-order low-pass, measured with noise."""
     rng = np.random.default_rng(seed)
     given = rng.normal(size=int(seconds * RATE))
     b, a = signal.butter(2, 20.0, fs=RATE)

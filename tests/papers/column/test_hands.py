@@ -11,7 +11,6 @@ COURSE = BenchHands(time=60.0, seed=8)
 
 
 def perfect(delay):
-    """States of a monitor that is late by the same in every change [s]."""
     time = np.arange(0.0, 60.0, STEP)
     return (np.searchsorted(COURSE.switches, time - delay, side="right") % 2).astype(float)
 

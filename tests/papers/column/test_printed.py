@@ -26,7 +26,6 @@ def test_full_and_reduced_are_equally_good(column):
 
 
 def test_eigenvalues_of_the_reduced_columns():
-    """As computed with other software: series spring and balanced reduction against the full column."""
     series = np.linalg.eigvals(reduced(KNOWN, "series spring").A)
     balanced = np.linalg.eigvals(reduced(KNOWN, "balanced").A)
     for value in (0.0, -8.11, -3.79 + 79.24j):

@@ -54,15 +54,11 @@ def test_hands_pull_twice_for_a_tenth_of_the_run():
 
 
 class Estimate(NamedTuple):
-    """Output of `LateBar`."""
-
     hand_torque: float
 
 
 @dataclass(frozen=True)
 class LateBar:
-    """Takes the torque of the bar of some samples ago for that of the hands."""
-
     samples: int
 
     Sample = ColumnSample

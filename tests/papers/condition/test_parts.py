@@ -35,7 +35,6 @@ LATE = 0.1
 
 
 def _declare(known: float, recording: Recording, name: str) -> Declared:
-    """What has failed, so much later, as long as it fails; the truth in the place of sensors."""
     time = recording["yaw_rate"].time
     faulty, kind, size, value = {}, {}, {}, {}
     for fault in recording.metadata["faults"]:
@@ -88,7 +87,6 @@ def test_pairs_kinds_and_small_faults_are_all_found_by_the_late_truth(late_truth
 
 
 def _useless(known: float, recording: Recording, name: str) -> Declared:
-    """Everything is stuck again and again, but for what has failed."""
     time = recording["yaw_rate"].time
     failed = {fault["element"] for fault in recording.metadata["faults"]}
     faulty = {name: np.mod(time, 5.0) > 1.0 for name in ELEMENTS if name not in failed}

@@ -94,7 +94,6 @@ def test_every_kind_and_every_element_fails_once_and_some_drives_are_fault_free(
 
 @pytest.fixture(scope="module")
 def prepared():
-    """A fault-free drive, and one with an offset."""
     offset = Injected("steering_wheel_angle", OFFSET, 1.5, start=8.0, end=10.0)
     made = [Drive(SHORT, 11.0, 3, 77, faults) for faults in ((), (offset,))]
     return [sensitivity._prepared(each, recorded(each)) for each in made]
@@ -117,7 +116,6 @@ def test_a_threshold_moved_far_changes_verdicts_and_one_moved_nowhere_none(bank,
 
 
 def test_what_decides_comes_first_and_is_the_cause(numbers, prepared, bank, monkeypatch):
-    """One number names something fault-free, another one only comes later, all others change nothing."""
     usual = judged_by(bank, prepared)
     quiet, faulty = usual.scores
     alarm = quiet._replace(false_alarms=2)

@@ -5,7 +5,6 @@ from tierod_lab.papers.condition.signatures import Seen, disagreements, theory_a
 
 
 def made(**shares):
-    """Nothing is seen but what is given."""
     return {name: Seen(shares.get(name, 0.0), 2.0 * shares.get(name, 0.1)) for name in RESIDUALS}
 
 

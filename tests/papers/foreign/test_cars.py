@@ -15,7 +15,6 @@ def drive():
 
 
 def test_the_car_turns_as_rolling_and_steering_say(drive):
-    """Left wheels are slower in a left bend by yaw rate times track; lateral acceleration is speed times yaw rate."""
     values = {name: drive[name].values[100:] for name in NOISES}
     track = MultibodyCar("car", ("", ""), "rav4", None, 30.0, (), 6.0).known["track_width"]
     apart = values["wheel_speed_rear_right"] - values["wheel_speed_rear_left"]

@@ -13,8 +13,6 @@ FALSE = Finding("motor-angle", Status.FAULT, "False.", 1.0, cause="none", action
 
 
 class Outputs(dict):
-    """Outputs of a monitor by name."""
-
     @property
     def names(self):
         return tuple(self)

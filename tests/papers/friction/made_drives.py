@@ -17,12 +17,10 @@ ENABLED = 0.36
 
 
 def right(level, estimator, chance):
-    """An estimator without bias and with little scatter."""
     return level + 0.05 * chance.standard_normal()
 
 
 def judged(level):
-    """The verdict that is right for a level of friction."""
     return Status.HEALTHY if level < 1.2 * HEALTHY else Status.RISING if level < 1.6 * HEALTHY else Status.FAULT
 
 
@@ -66,5 +64,4 @@ def made_course(settled, time):
 
 
 def claims_of(part, drives, effort=QUICK):
-    """Claims of a part of the study by name."""
     return {item.id: item for item in part(drives, effort) if hasattr(item, "met")}

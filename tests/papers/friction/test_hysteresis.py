@@ -19,7 +19,6 @@ def test_no_setting_adds_nothing():
 
 
 def made(error=0.0):
-    """Turns as they would be found with the same error everywhere but without the brake."""
     fault_free = {"hoist": 4.0, "ground": 20.0}
     return [
         Turn(support, pwm, brake_torque(pwm), fault_free[support] + brake_torque(pwm) + (error if pwm else 0.0))

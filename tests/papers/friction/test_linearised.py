@@ -24,7 +24,6 @@ def test_the_growth_of_the_ratio_comes_from_the_vehicle_file():
 
 
 def samples(seconds=120.0):
-    """A steering with a growing ratio, Coulomb friction and a known aligning torque, balanced in closed form."""
     time = 0.01 * np.arange(round(100.0 * seconds))
     angle, rate = 1.5 * np.sin(0.5 * time), 0.75 * np.cos(0.5 * time)
     acceleration = -0.375 * np.sin(0.5 * time)

@@ -27,7 +27,6 @@ PRESETS = {"printed": printed, "printed_open": printed_open, "consistent": consi
 
 
 def settled(monitor, drive, after: float = 50.0) -> np.ndarray:
-    """Friction torque after so much enabled time [s]."""
     run = scan(monitor, drive)
     return run["friction_torque"][enabled_seconds(run["enabled"]) > after]
 

@@ -13,7 +13,6 @@ WINDOW = UNGATED.block_samples * UNGATED.blocks
 
 
 def concluded(windows, variance, enabled=1.0):
-    """The finding over so many windows of a constant variance, enabled for a share of the time."""
     session = VarianceSession("friction, baseline", replace(UNGATED, threshold=1000.0), 100.0)
     count = windows * WINDOW
     time = np.arange(count) / 100.0

@@ -10,8 +10,6 @@ from tierod_lab.papers.friction.warping import _path, _totals, warped
 
 
 def every_path(samples, band):
-    """All monotone paths from corner to corner within the band, by brute force."""
-
     def onward(path):
         i, j = path[-1]
         if (i, j) == (samples - 1, samples - 1):

@@ -10,7 +10,6 @@ from tierod_lab.methods.pole_placement import discrete_poles, observer_gain, pla
 
 
 def closed(system, gain):
-    """Error dynamics of x <- x- + L (y - C x-)."""
     return (np.eye(len(system.A)) - np.array(gain) @ system.C) @ system.A
 
 

@@ -14,7 +14,6 @@ P = load("motor-bench").parameters_for(DqMotorParameters)
 
 
 def test_both_axes_show_the_same_motor():
-    """A short step of the stator's motor, turned into the rotor's axes, is a step of this one."""
     step, angle, speed, load_torque = 1e-7, 0.3, 70.0, 0.4
     current, voltage = RotorVector(3.0, 14.0), RotorVector(-0.5, 4.0)
     rotor = direction(P.motor_pole_pairs * angle)

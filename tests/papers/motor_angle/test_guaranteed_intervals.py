@@ -66,7 +66,6 @@ BOUNDS = MotorErrorBounds(0.26, 0.05, 8.7e-4, 2e6)
 
 
 def seen(errors=1.0, resistance=R, seed=1):
-    """A shaft that swings and currents that swing otherwise; the mean voltage of each step is the exact integral."""
     time = STEP * np.arange(20000)
     angle = 3.0 * np.sin(20.0 * time)
     rates, sizes = np.array([40.0, -700.0, 11.0]), np.array([12.0, 6.0 - 2.0j, 15.0j])

@@ -156,7 +156,6 @@ def test_the_load_as_a_state_takes_the_error_away_and_a_wrong_resistance_brings_
 
 
 def test_sampling_keeps_steady_values():
-    """Constant voltage and current: the sampled observer settles where the continuous one does."""
     observer = full_observer(LOADED, (-600.0, -700.0, -300.0))
     inner = LinearSpeed.of(observer, 1e-4)
     memory = inner.start()

@@ -31,7 +31,6 @@ ANGLE = MotorAngleSample._fields.index("motor_angle_mechanical")
 
 @pytest.fixture(scope="module")
 def begun():
-    """A trial up to where its fault begins."""
     return begin(Trial(11, 60.0))
 
 

@@ -34,7 +34,6 @@ def observer(request):
 
 
 def settled(speed, steer=0.02):
-    """Yaw rate, sideslip and torque of a steady turn, worked out by hand."""
     p, wheelbase = CAR, CAR.front_distance + CAR.rear_distance
     front, rear = p.front_cornering_stiffness, p.rear_cornering_stiffness
     gradient = p.mass / wheelbase * (p.rear_distance / front - p.front_distance / rear)

@@ -114,7 +114,6 @@ def test_a_slow_car_without_accelerometer_never_starts_anew_and_beats_geometry()
 
 
 def test_a_yaw_rate_that_sticks_does_not_carry_an_adapted_filter_away():
-    """Raised noises keep the innovations small, so that the sideslip angle itself shows that the filter is lost."""
     small = combined_datasets.small_cars()["small car, 1050 kg"]
     drive, car = combined_datasets.slow_drive(small.chassis, 8.0, 5), combined_datasets.brochure(small)
     rate = drive["yaw_rate"]

@@ -18,7 +18,6 @@ def index(name):
 
 
 def targeted(**changed):
-    """A circle whose targets are what is driven."""
     samples = circle(seconds=4.0)
     samples[:, index("target_steering_wheel_angle")] = samples[:, index("steering_wheel_angle")]
     for name, value in changed.items():

@@ -9,7 +9,6 @@ TIME = np.arange(3000) * 0.01
 
 
 def drive(offset=0.05):
-    """A straight and turning drive of changing speed, with noise; the accelerometer has an offset."""
     random = np.random.default_rng(5)
     speed = 8.0 + 2.0 * np.sin(0.4 * TIME)
     yaw = 0.4 * np.sin(0.6 * TIME)

@@ -50,8 +50,6 @@ TABLE = read(TEXT)
 
 
 class Run:
-    """Rules fed with hand-made symptoms, sample by sample."""
-
     def __init__(self, table=TABLE):
         self.block = RuleDiagnosis(table, 0.01)
         self.state = self.block.init()

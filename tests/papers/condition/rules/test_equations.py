@@ -41,14 +41,12 @@ HALF, BASE, REAR = CAR.track_width / 2.0, CAR.wheelbase, CAR.rear_distance
 
 
 def kinematic(steer):
-    """(sideslip, speed of the left, of the right rear wheel) per speed of the centre, of a body that does not slip."""
     turn = tan(steer) / BASE  # per speed of the rear axle's middle
     centre = hypot(1.0, REAR * turn)
     return atan(REAR * turn), (1.0 - HALF * turn) / centre, (1.0 + HALF * turn) / centre
 
 
 def rolling():
-    """Mean of the steer that each rear wheel gives with the yaw rate."""
     left, right, yaw = NOW.wheel_speed_rear_left, NOW.wheel_speed_rear_right, NOW.yaw_rate
     return 0.5 * (atan(BASE * yaw / (left + HALF * yaw)) + atan(BASE * yaw / (right - HALF * yaw)))
 

@@ -129,7 +129,6 @@ def test_a_threshold_widens_with_excitation_whatever_its_sign():
 
 
 def healthy(seconds, seed):
-    """A winding drive whose steering obeys the linear models exactly, with noise."""
     random = np.random.default_rng(seed)
     time = np.arange(round(seconds * 100.0)) / 100.0
     speed = 7.0 + np.sin(0.2 * time)
@@ -201,6 +200,5 @@ def test_while_a_residual_exceeds_its_limit_and_no_rule_explains_it_nothing_is_f
 
 
 def followed(samples):
-    """The samples with the steering angle as its own target."""
     samples[:, index("target_steering_wheel_angle")] = np.nanmean(samples[:, index("steering_wheel_angle")])
     return samples
