@@ -9,7 +9,6 @@ import pytest
 
 from exact_vehicle import diagnose
 from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, changed, recording
-from tierod.core.findings import Status
 from tierod.monitors.motor_angle.balance import AS_RECORDED, FITS, READINGS, InducedVoltage, VoltageBalance
 from tierod.vehicles import load
 from tierod_lab.papers.motor_angle.bench import RATE
@@ -142,21 +141,10 @@ def test_a_motor_that_stands_still_says_nothing():
     assert math.isnan(share(FAULT_FREE().samples[:100]))
 
 
-def finding(samples):
-    return diagnose(recording(samples), "motor-bench", "motor-angle").findings[0]
-
-
-def test_a_sensor_of_noise_is_named_and_not_the_currents():
-    angle = FAULT_FREE().samples[:, COLUMN["motor_angle_mechanical"]]
-    noise = np.random.default_rng(1).normal(size=len(angle))
-    found = finding(changed(motor_angle_mechanical=angle + np.nanstd(angle) * noise))
-    assert found.status is Status.FAULT
-    assert found.cause == "the readings of the motor's angle sensor have noise"
-
-
 @pytest.mark.parametrize("factor", [-1.0, 2.0])
 def test_a_target_that_is_wrong_is_named_where_the_sensor_is_confirmed(factor):
     target = FAULT_FREE().samples[:, COLUMN["target_motor_angle_mechanical"]]
-    found = finding(changed(target_motor_angle_mechanical=factor * target))
+    samples = changed(target_motor_angle_mechanical=factor * target)
+    found = diagnose(recording(samples), "motor-bench", "motor-angle").findings[0]
     assert "target_motor_angle_mechanical" in found.cause
     assert "confirm the sensor" in found.cause

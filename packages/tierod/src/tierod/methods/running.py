@@ -45,6 +45,10 @@ class Span(NamedTuple):
     end: Annotated[float, "s"]  # infinite while the flag holds
     samples: int
 
+    @property
+    def duration(self) -> float:
+        return self.end - self.start
+
 
 class Spans:
     """Spans of samples for which a flag holds; short ones are left out, and no more than `most` are kept."""

@@ -12,6 +12,7 @@ from tierod.core.findings import Status
 from tierod.core.graph import Result
 from tierod.core.statement import code_of
 from tierod.methods.analysis.consistency import Consistency, ConsistencyAccumulator
+from tierod.methods.running import Span, Spans
 from tierod.monitors.driver_torque.block import SignVerdict, WorkOverDrive, wrong_signs
 from tierod.monitors.driver_torque.column import (
     BelowBarOverDrive,
@@ -28,41 +29,8 @@ TRUTH = "truth_hand_torque"  # channel of a virtual car with the true torque of 
 # Signals whose sign is tested.
 SIGNED = ("steering_wheel_angle", "motor_angle_mechanical", "driver_torque", "motor_torque")
 SURELY = 2.0  # standard deviations by which the torque of the hands may be smaller [-]: the end of a 95 % band
+MOST_STRETCHES = 1_000_000  # largest number of stretches without hands that are kept
 MOSTLY = 0.5  # share of the testable time above which a sign must have appeared wrong to count as wrong
-
-
-class Stretch(NamedTuple):
-    """Stretch without hands on the wheel: start [s] and duration [s]."""
-
-    start: float
-    duration: float
-
-
-class Stretches:
-    """Stretches without hands over the pieces of a recording."""
-
-    def __init__(self, sample_time: float):
-        self._sample_time = sample_time
-        self._ended: list[Stretch] = []
-        self._begun: float | None = None
-        self._last = 0.0
-
-    def add(self, time: np.ndarray, hands: np.ndarray) -> None:
-        off = hands == OFF
-        changes = np.flatnonzero(np.diff(off, prepend=self._begun is not None))
-        for at in changes.tolist():
-            if off[at]:
-                self._begun = float(time[at])
-            elif self._begun is not None:
-                self._ended.append(Stretch(self._begun, float(time[at]) - self._begun))
-                self._begun = None
-        self._last = float(time[-1])
-
-    def found(self) -> list[Stretch]:
-        """All stretches, including one that lasts until the end."""
-        if self._begun is None:
-            return self._ended
-        return [*self._ended, Stretch(self._begun, self._last + self._sample_time - self._begun)]
 
 
 class Drive(NamedTuple):
@@ -92,7 +60,7 @@ class Drive(NamedTuple):
     # Inertia of motor and gear at the motor's shaft, from torques and acceleration; None where not identifiable.
     motor_inertia: Annotated[float | None, "kg*m**2"]
     turned: tuple[str, ...]  # a sentence for every signal with a wrong sign
-    stretches: tuple[Stretch, ...]  # stretches without hands
+    stretches: tuple[Span, ...]  # stretches without hands
     # Contradiction between the three signals of the bar; None where it cannot be tested.
     contradiction: Contradiction | None = None
     motor: str = ""  # signal that gave the motor's torque; empty where there was none
@@ -104,7 +72,7 @@ class DriveFigures:
 
     def __init__(self, vehicle: Vehicle, rate: float, nis: bool) -> None:
         ratio, stiffness = vehicle["motor_ratio"], vehicle["torsion_bar_stiffness"]
-        self._rate, self._stretches = rate, Stretches(1.0 / rate)
+        self._rate, self._stretches, self._end = rate, Spans(most=MOST_STRETCHES), 0.0
         self._geometry, self._below = GeometryOverDrive(rate), BelowBarOverDrive(ratio, rate)
         self._contradiction = ContradictionOverDrive(ratio, stiffness, rate)
         # A bench has no assist: its motor may pull against the hands throughout, so work shows no wrong sign.
@@ -122,7 +90,8 @@ class DriveFigures:
         hand, deviation = result["statement.magnitude"], result["statement.deviation"]
         ready = (result["statement.status"] == code_of(Status.ESTIMATED)) & np.isfinite(hand)
         bar = signals["steering_wheel_angle"], signals["motor_angle_mechanical"], signals["driver_torque"]
-        self._stretches.add(time, result["hands"])
+        self._stretches.add(time, result["hands"] == OFF)
+        self._end = float(time[-1]) + 1.0 / self._rate
         self._geometry.add(*bar)
         self._contradiction.add(*bar)
         given, wanted = signals["motor_torque"], signals["motor_target_torque"]
@@ -187,7 +156,7 @@ class DriveFigures:
             geometry=self._geometry.found(),
             motor_inertia=self._below.inertia(),
             turned=self._turned(),
-            stretches=tuple(self._stretches.found()),
+            stretches=tuple(each._replace(end=min(each.end, self._end)) for each in self._stretches.found()),
             contradiction=self._contradiction.found(),
             motor=self.motor if self.powered else "",
             doubts=self._work.doubts() if self._work is not None and not self.powered else (),
