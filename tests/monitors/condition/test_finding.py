@@ -37,6 +37,7 @@ def concluded(
     missing=(),
     problems=(),
     gone=(),
+    multiples=None,
     parked=False,
     slid=0.0,
 ):
@@ -63,7 +64,7 @@ def concluded(
     for name, course in courses.items():
         course.add(time, stated.where_available(available & judged[:, None], ~no), available[:, place(name)])
     lost = losses(courses, drive)
-    states = elements(courses, drive, problems, substitution_graph(), lost, {})
+    states = elements(courses, drive, problems, substitution_graph(), lost, multiples or {})
     finding = finding_of(states, drive, problems=problems, lost=lost)
     return {each.name: each for each in states}, finding, code_courses(courses, drive.end)
 
@@ -98,6 +99,17 @@ def test_a_fault_free_drive():
     assert finding.evidence == {"seconds": 20.0, "moving_seconds": 20.0, "sensors_and_actuators_judged": 10.0}
     assert finding.warnings == ()
     assert [change.status for change in courses[NOT_ISOLABLE]] == [Status.HEALTHY]
+
+
+@pytest.mark.parametrize(("spread", "stated"), [(0.2, 3.0), (0.3, None)])
+def test_no_smallest_offset_is_stated_that_most_failed_sensors_would_not_reach(spread, stated):
+    def rough(statements):
+        statements.spread[:, place(ANGLE)] = spread
+
+    element = concluded(rough, multiples={ANGLE: 15.0})[0][ANGLE]
+    assert element.status is Status.HEALTHY
+    assert element.smallest == (stated if stated is None else pytest.approx(stated))
+    assert ("not most offsets" in element.cause) is (stated is None)
 
 
 def test_a_faulty_sensor_has_size_substitute_and_code_and_the_finding_shows_it_in_usual_units():

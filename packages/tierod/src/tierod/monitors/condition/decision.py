@@ -24,7 +24,7 @@ from tierod.monitors.condition.signals import (
     readings_of,
 )
 from tierod.monitors.condition.vehicle_filter import LeaveOutFilter
-from tierod.monitors.condition.weighing import Open, Ranking, Returning, Testability, Weighing, Weights, chosen
+from tierod.monitors.condition.weighing import Ranking, Returning, Testability, Weighing, Weights, chosen
 
 
 def selected_lane(
@@ -271,9 +271,9 @@ class Decision:
         seen = _selected(lanes, source)
         suspected = self._elements_of(state.active)
         unread = [where(present(each), 0.0, count + 1.0) for each, count in zip(readings, state.unread, strict=True)]
-        open_ = self.testability.open(self.weighing, unread, suspected)
+        open_, widening = self.testability.open(self.weighing, unread, suspected)
         follows = both(seen.moving, negated(grip.low))
-        weights, ranking = self._weighed(state, likelihoods, seen, follows, open_)
+        weights, ranking = self._weighed(state, likelihoods, seen, follows, open_, widening)
         good = self.returning.good(state.good, suspected, readings, seen, effects)
         kept = self.returning.after(self.weighing, state.active, suspected, good)
 
@@ -296,7 +296,7 @@ class Decision:
             grip.cornered,
         )
         off = gated(readings, seen, faulty, self.gate)
-        declarable = [both(follows, each) for each in open_.hypotheses]
+        declarable = [both(follows, each) for each in open_]
         unsure = both(exceeded >= self.samples, negated(changed))
         output = Diagnosis(
             active,
@@ -354,15 +354,15 @@ class Decision:
         likelihoods: Sequence[Scalar],
         seen: LeaveOutFilter.Output,
         follows: Scalar,
-        open_: Open,
+        open_: Sequence[Scalar],
+        widening: Scalar,
     ) -> tuple[Weights, Ranking]:
         counting = [
-            both(*each)
-            for each in zip(self.testability.counting(self.weighing, seen, follows), open_.hypotheses, strict=True)
+            both(*each) for each in zip(self.testability.counting(self.weighing, seen, follows), open_, strict=True)
         ]
         weighed = likelihoods[: len(self.weighing.hypotheses)]
         weights = self.weighing.smoothed(state.weights, weighed, state.active, counting)
-        return weights, self.weighing.ranking(weights, state.active, open_.widening, open_.hypotheses)
+        return weights, self.weighing.ranking(weights, state.active, widening, open_)
 
     def _counted(self, state: DecisionState, ranking: Ranking, small: Scalar) -> tuple[Scalar, Scalar]:
         """Number of consecutive samples of the best hypothesis' lead, and of any hypothesis beyond its limit."""

@@ -261,13 +261,6 @@ def _highest(scores: Sequence[Scalar], counts: Sequence[Scalar]) -> tuple[Scalar
     return best, top
 
 
-class Open(NamedTuple):
-    """Hypotheses that are observable with the remaining sensors."""
-
-    hypotheses: list[Scalar]  # whether each hypothesis may be declared
-    widening: Scalar  # factor on all limits
-
-
 @dataclass(frozen=True)
 class Testability:
     """Decide which hypotheses may be declared, and which faults would show.
@@ -324,8 +317,8 @@ class Testability:
         braked = both(follows, seen.driven)
         return [braked if {*ALL_WHEELS} & {*each.sensors} else follows for each in weighing.hypotheses]
 
-    def open(self, weighing: Weighing, unread: Sequence[Scalar], suspected: Elements) -> Open:
-        """Hypotheses that may be declared with the available sensors."""
+    def open(self, weighing: Weighing, unread: Sequence[Scalar], suspected: Elements) -> tuple[list[Scalar], Scalar]:
+        """Whether each hypothesis may be declared with the available sensors, and factor on all limits."""
         most = self.missing / weighing.sample_time
         gone = {name: where(unread[SENSORS.index(name)] > most, 1.0, 0.0) for name in self.judged}
         newly = {name: both(each, negated(getattr(suspected, name))) for name, each in gone.items()}
@@ -336,7 +329,7 @@ class Testability:
             needed = {*each.sensors, *(NEEDED[name] for name in each.actuators if name in NEEDED)}
             enough = both(left >= self.fewest, left >= self.remaining + float(len(each.sensors)))
             open_.append(all_of(enough, *(negated(newly[name]) for name in self.judged if name in needed)))
-        return Open(open_, where(any_of(0.0, *newly.values()), self.poorer, 1.0))
+        return open_, where(any_of(0.0, *newly.values()), self.poorer, 1.0)
 
     def testable(
         self,
