@@ -125,7 +125,6 @@ def play(
     buses: Sequence[can.BusABC],
     speed: float,
     played: Played,
-    wanted: Callable[[], bool] = lambda: True,
     say: Callable[[str], None] = lambda text: None,
 ) -> None:
     """Send frames at their times; a frame that a bus refuses is retried for a second, then dropped.
@@ -133,7 +132,6 @@ def play(
     Args:
         buses: targets; a frame of bus n goes to the n-th, frames of further buses to the last
         speed: multiple of real time; 0 sends as fast as the bus accepts
-        wanted: called before every frame; replay ends if it returns false
         say: receives a sentence on frames of a bus without a target
     """
     import can
@@ -141,8 +139,6 @@ def play(
     merged: set[int] = set()
     begin = time.monotonic()
     for frame in frames:
-        if not wanted():
-            return
         if speed > 0.0 and (pause := begin + frame.time / speed - time.monotonic()) > 0.0:
             time.sleep(pause)
         message = can.Message(

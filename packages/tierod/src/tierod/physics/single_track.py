@@ -73,16 +73,15 @@ def yaw_acceleration(
     return yaw_moment(front_force, rear_force, front_distance, rear_distance) / yaw_inertia
 
 
-def front_axle_load(mass: Scalar, front_distance: Scalar, rear_distance: Scalar, gravity: Scalar = GRAVITY) -> Scalar:
+def front_axle_load(mass: Scalar, front_distance: Scalar, rear_distance: Scalar) -> Scalar:
     """Static load [N] of the front axle; swap the distances for the rear one.
 
     Args:
         mass: of the vehicle [kg]
         front_distance: from the centre of gravity to the front axle [m]
         rear_distance: from the centre of gravity to the rear axle [m]
-        gravity: [m/s**2]
     """
-    return mass * gravity * rear_distance / (front_distance + rear_distance)
+    return mass * GRAVITY * rear_distance / (front_distance + rear_distance)
 
 
 def understeer_gradient(

@@ -291,13 +291,13 @@ def _whiteness_limit(pairs: np.ndarray) -> float:
     return NormalDist().inv_cdf(1.0 - (1.0 - CONFIDENCE) / (2.0 * len(pairs))) / math.sqrt(pairs.min())
 
 
-def consistency(result: Result, lags: int = 20) -> Consistency:
+def consistency(result: Result) -> Consistency:
     """Consistency of a whole run of a filter.
 
     Args:
         result: of `tierod.core.graph.scan` for a Kalman filter
     """
-    accumulator = ConsistencyAccumulator(lags)
+    accumulator = ConsistencyAccumulator()
     names = [name for name in result.names if name.startswith("innovation.")]
     spreads = [name.replace("innovation.", "innovation_variance.", 1) for name in names]
     columns = [np.column_stack([result[name] for name in group]) for group in (names, spreads)]
