@@ -13,13 +13,9 @@ from tierod.core.findings import Element, Estimate, ParameterEffect, Status
 from tierod.core.shown import in_words as value_in_words
 from tierod.core.shown import shown, written
 from tierod.monitors.harness.session import Conclusion
-from tierod.monitors.uncertainty import Effects
+from tierod.monitors.uncertainty import SMALLEST, Effects
 from tierod.vehicles.uncertain import may_move
 from tierod.vehicles.vehicle import SHIPPED, Vehicle
-
-SMALLEST = 0.1
-"""Least change of a result for a parameter to count, in standard deviations of the result [-]: less adds half a per
-cent to the band."""
 
 REACH = 2.0
 """Standard deviations from an estimate to the end of its 95 % band [-]."""
@@ -101,7 +97,7 @@ def _rows(
             sizes = {name: size * math.sqrt(included) / (total or 1.0) for name, size in sizes.items()}
             own = math.sqrt(max(estimate.standard_deviation**2 - included, 0.0))
         else:
-            sizes = _moves(found, estimate) or (sizes if found.unit == estimate.unit else {})
+            sizes = (sizes if found.unit == estimate.unit else {}) | _moves(found, estimate)
             own = estimate.standard_deviation
         unit = estimate.unit
     counted = sorted((name for name in sizes if abs(sizes[name]) > SMALLEST * own), key=lambda name: -abs(sizes[name]))

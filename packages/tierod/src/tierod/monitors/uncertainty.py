@@ -37,6 +37,10 @@ REFERENCE = ""
 AFTER, BEFORE = "_standard_deviation", "deviation_of_"
 """A trace is a result with a band where another one has its name with one of these around it."""
 
+SMALLEST = 0.1
+"""Least change of a result for a parameter to count, in standard deviations of the result [-]: less adds half a per
+cent to the band."""
+
 ABREAST_FROM, AT_ONCE = 400_000, 2_000
 """Steps of lanes in this process from which they run in one kernel, and least samples of a piece for that: another
 kernel must be compiled, which a short recording or a live drive must not wait for. No result depends on them."""
@@ -84,7 +88,7 @@ class Effects(NamedTuple):
     """What the lanes show over a recording.
 
     Args:
-        lanes: conclusion for each perturbed vehicle, by name of the parameter
+        lanes: conclusion for each perturbed vehicle whose main result changes, by name of the parameter
         reference: conclusion for the unperturbed vehicle on the grid of the lanes; None where it is that of the monitor
         sizes: root mean square of the change of the main result, by name of the parameter [unit]
         own: root mean square of the result's own standard deviation; 1 for a result in multiples of a threshold [unit]
@@ -275,20 +279,23 @@ class Lanes:
 
     def conclude(self) -> Effects:
         """What the lanes show over all pieces."""
+        main = self._main
+        found = np.sqrt(self._sums / max(self._known, 1)) / ((main.level if main else 0.0) or 1.0)
+        own, sizes = float(found[-1]), dict(zip(self._names, found.tolist(), strict=False))
         concluded: dict[str, Conclusion] = {}
         for name, session in self._running.items():
-            with suppress(*REFUSALS):
-                concluded[name] = session.conclude()
+            # Some conclusions take a tenth of a second: a lane without an effect on the result needs none.
+            if main is None or not sizes.get(name, math.inf) < SMALLEST * own:
+                with suppress(*REFUSALS):
+                    concluded[name] = session.conclude()
         reference = concluded.pop(REFERENCE, None)
         if reference is None and self._every > 1:
             concluded = {}
-        main, known = self._main, max(self._known, 1)
-        sizes = np.sqrt(self._sums / known) / (main.level or 1.0) if main else self._sums
         return Effects(
             concluded,
             reference,
-            dict(zip(self._names, sizes.tolist(), strict=False)),
-            float(sizes[-1]),
+            sizes,
+            own,
             main.unit if main else None,
             self._within / self._compared if self._compared else None,
         )
