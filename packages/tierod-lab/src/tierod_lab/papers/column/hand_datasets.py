@@ -150,7 +150,7 @@ def wrong_columns(task: tuple[str, str, int]) -> list[Row]:
         known, plant = SETS[what], SweptBench(bench_of(SETS[what]))
     elif what in LAWS:
         plant = SweptBench(ColumnBench(friction=DryFriction(level=0.1, law=LAWS[what])))
-    kinds = {"parameter": WRONG, "sensor": SENSORS, "column": SETS, "law": LAWS}
+    kinds: dict[str, Mapping[str, Any]] = {"parameter": WRONG, "sensor": SENSORS, "column": SETS, "law": LAWS}
     kind = next((kind for kind, named in kinds.items() if what in named), "nothing")
     found = _errors(ColumnObserver.of_parameters(known, tuning=tuning), swept(hands, 40.0, seed, plant), change=change)
     return [{"wrong": what, "kind": kind, "hands": hands, **found}]
@@ -246,7 +246,7 @@ def natural_drives(task: Natural) -> list[Row]:
     def rms(values: np.ndarray) -> float:
         return float(np.sqrt(np.mean(values[counted] ** 2)))
 
-    shared = {"course": task.course, "sensors": task.sensing}
+    shared: Row = {"course": task.course, "sensors": task.sensing}
     held, delays = _hands_times(grid.time, now["hands_on"], windows, rate)
     return [
         {

@@ -1,4 +1,4 @@
-"""Consistency of a filter's errors with its covariance: NIS, whiteness and NEES, for a whole run or in chunks."""
+"""Consistency of a filter's innovations with their covariance: NIS and whiteness, for a whole run or in chunks."""
 
 from __future__ import annotations
 
@@ -113,39 +113,6 @@ def mean_band(degrees: int, count: int | None = None) -> tuple[float, float]:
     low, high = (1.0 - CONFIDENCE) / 2.0, (1.0 + CONFIDENCE) / 2.0
     per = degrees if count is None else count
     return (chi_square_quantile(low, degrees) / per, chi_square_quantile(high, degrees) / per)
-
-
-def normalised_error_squared(error: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-    """e' P^-1 e of every sample, (n,); NaN where an error or a covariance is not finite or not positive.
-
-    Args:
-        error: estimate minus truth, (n, states)
-        covariance: packed covariance (n, states (states + 1) / 2), or variances (n, states)
-
-    Raises:
-        InputError: shapes that do not fit together
-    """
-    error, covariance = np.asarray(error, float), np.asarray(covariance, float)
-    if error.ndim != 2 or covariance.ndim != 2 or len(error) != len(covariance):
-        raise InputError(f"error has the shape {error.shape} and covariance {covariance.shape}; expected (n, ...) both")
-    n = error.shape[1]
-    if covariance.shape[1] == n:
-        with np.errstate(invalid="ignore", divide="ignore"):
-            return np.where((covariance > 0.0).all(axis=1), (error**2 / covariance).sum(axis=1), np.nan)
-    if covariance.shape[1] != n * (n + 1) // 2:
-        raise InputError(
-            f"covariance has {covariance.shape[1]} columns for {n} states; expected {n} variances or "
-            f"{n * (n + 1) // 2} packed entries"
-        )
-    full = np.empty((len(error), n, n))
-    rows, columns = np.triu_indices(n)
-    full[:, rows, columns] = full[:, columns, rows] = covariance
-    result = np.full(len(error), np.nan)
-    good = np.isfinite(full).all(axis=(1, 2)) & np.isfinite(error).all(axis=1)
-    good[good] &= np.linalg.eigvalsh(full[good])[:, 0] > 0.0
-    solved = np.linalg.solve(full[good], error[good][:, :, None])[:, :, 0]
-    result[good] = (error[good] * solved).sum(axis=1)
-    return result
 
 
 @dataclass(frozen=True, eq=False)
