@@ -63,13 +63,7 @@ EXACT = "all parameters of the vehicle are assumed to be exact: bands and verdic
 
 
 class Ended(NamedTuple):
-    """Conclusion of a monitor on a recording, before it is compared with that of other monitors.
-
-    Args:
-        monitor: name of the monitor
-        conclusion: conclusion of its session with the spread of the parameters
-        effects: effects of the parameters on it
-    """
+    """Conclusion of a monitor, with the effects of the parameters, before it is compared with that of others."""
 
     monitor: str
     conclusion: Conclusion
@@ -165,11 +159,7 @@ class Run:
         return float(getattr(self.session, "listens", 0.0))
 
     def add(self, piece: Recording, shared: Shared | None = None) -> None:
-        """Add the next piece of the recording.
-
-        Args:
-            piece: next piece
-            shared: piece with cached qualities, shared with monitors that have received the same pieces
+        """Add the next piece; `shared` holds its qualities, for all monitors that have received the same pieces.
 
         Raises:
             InputError: a required signal is missing, or its sampling rate is too low
@@ -312,12 +302,7 @@ class Run:
         return Ended(self.monitor.name, *self._concluded())
 
     def finish(self, command: str = "", others: Sequence[Ended] = (), own: Ended | None = None) -> Diagnosis:
-        """Diagnosis over all pieces.
-
-        Args:
-            command: command line as typed by the user, for the report
-            others: conclusions of other monitors on the same recording
-            own: result of `conclude`, where it is known
+        """Diagnosis over all pieces; `own` is the result of `conclude`, where it is known.
 
         Raises:
             InputError: there was no sample, or a required signal was constant or missing throughout
