@@ -10,8 +10,7 @@ from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.io.readers import read
 from tierod.io.writers import write
 from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, OF_AUTOMATED
-from tierod_lab.papers.condition.drives import Drive
-from tierod_lab.papers.condition.faults import LOSS, Injected
+from tierod_lab.papers.condition.drives import LOSS, Drive, Injected
 from tierod_lab.papers.condition.odd_drives import without
 from tierod_lab.papers.condition.recorded import recorded
 

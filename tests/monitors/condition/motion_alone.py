@@ -26,7 +26,7 @@ from tierod_lab.ground.courses.circuit import Bend, Circuit, Halt, Straight
 from tierod_lab.ground.courses.way import Pace
 from tierod_lab.ground.faults import injected
 from tierod_lab.ground.run import run
-from tierod_lab.papers.condition.faults import DRIFT, GAIN, LOSS, NOISE, OFFSET, STUCK, Injected
+from tierod_lab.papers.condition.drives import DRIFT, GAIN, LOSS, NOISE, OFFSET, STUCK, Injected
 
 BEFORE, LASTING, AFTER = 10.0, 10.0, 4.0
 """Of an excerpt: fault-free, with the fault, fault-free again [s]."""

@@ -13,7 +13,7 @@ from tierod.monitors.condition.limits import aligned
 from tierod.monitors.condition.rolling_filter import FASTEST, Hands
 from tierod.monitors.diagnose import diagnose
 from tierod_lab.ground.faults import injected
-from tierod_lab.papers.condition.faults import OFFSET, Injected
+from tierod_lab.papers.condition.drives import OFFSET, Injected
 from tierod_lab.papers.own_car.cars import drawn
 
 SEED = 41

@@ -18,7 +18,7 @@ from tierod_lab.ground.courses.conditions import Adhesion, Along
 from tierod_lab.ground.courses.way import Pace
 from tierod_lab.ground.faults import injected
 from tierod_lab.ground.run import run
-from tierod_lab.papers.condition.faults import OFFSET, Injected
+from tierod_lab.papers.condition.drives import OFFSET, Injected
 
 SPIN, LOCK = (24.0, 25.5), (45.0, 45.8)
 

@@ -8,7 +8,7 @@ from tierod.io.readers import read
 from tierod.monitors.diagnose import diagnose
 from tierod.vehicles import load
 from tierod_lab.ground.faults import injected
-from tierod_lab.papers.condition.faults import OFFSET, Injected
+from tierod_lab.papers.condition.drives import OFFSET, Injected
 from tierod_lab.papers.own_car.brochure import brochure_car
 
 

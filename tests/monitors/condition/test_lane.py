@@ -19,8 +19,7 @@ from tierod.monitors.condition.signals import (
 )
 from tierod.monitors.condition.vehicle_filter import LIMITS, SENSOR_NOISE, ModelError, widened
 from tierod.vehicles import load
-from tierod_lab.papers.condition.drives import Drive
-from tierod_lab.papers.condition.faults import Injected, lost
+from tierod_lab.papers.condition.drives import Drive, Injected, lost
 from tierod_lab.papers.condition.recorded import recorded
 from tierod_lab.papers.condition.vehicles import vehicle
 

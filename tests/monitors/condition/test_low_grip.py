@@ -16,8 +16,7 @@ from tierod_lab.ground.courses.catalogue import load as course
 from tierod_lab.ground.courses.circuit import Halt
 from tierod_lab.ground.courses.conditions import Adhesion, Along
 from tierod_lab.ground.run import run
-from tierod_lab.papers.condition.drives import Drive
-from tierod_lab.papers.condition.faults import lost
+from tierod_lab.papers.condition.drives import Drive, lost
 from tierod_lab.papers.condition.recorded import as_recorded, recorded
 from tierod_lab.papers.condition.vehicles import vehicle
 

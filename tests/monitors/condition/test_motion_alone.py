@@ -17,7 +17,7 @@ from monitors.condition.motion_alone import (
 )
 from tierod.monitors.condition.definition import rolling_monitor
 from tierod.vehicles import load
-from tierod_lab.papers.condition.faults import DRIFT, OFFSET, STUCK
+from tierod_lab.papers.condition.drives import DRIFT, OFFSET, STUCK
 
 SEED = 3
 LATE = {STUCK: 1.5, DRIFT: 4.5, OFFSET: 0.1}

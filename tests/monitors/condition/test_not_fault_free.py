@@ -13,7 +13,7 @@ from tierod.core.statuses import Status
 from tierod.monitors.diagnose import diagnose
 from tierod.vehicles import load
 from tierod_lab.ground.faults import injected
-from tierod_lab.papers.condition.faults import LOSS, STUCK, Injected
+from tierod_lab.papers.condition.drives import LOSS, STUCK, Injected
 
 SEED = 91
 """Its yaw rate stays below 0.01 rad/s from 15 to 25 s."""

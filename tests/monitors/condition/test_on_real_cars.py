@@ -14,7 +14,7 @@ from tierod.io.writers import write
 from tierod.monitors.condition.signals import ALL_WHEELS
 from tierod.vehicles import load
 from tierod_lab.ground.faults import injected
-from tierod_lab.papers.condition.faults import OFFSET, Injected
+from tierod_lab.papers.condition.drives import OFFSET, Injected
 
 CARS = {
     "rav4": (("rav4_highway_minute", "can.log"), {*ALL_WHEELS}, []),

@@ -13,8 +13,7 @@ from tierod.monitors.condition.limits import aligned
 from tierod.monitors.condition.rolling_filter import RollingFilter
 from tierod.monitors.condition.signals import FRONT_WHEELS, OF_CARS, WHEELS, ConditionSample, hypotheses_of_cars
 from tierod.vehicles import load
-from tierod_lab.papers.condition.drives import Drive
-from tierod_lab.papers.condition.faults import LOSS, OFFSET, Injected
+from tierod_lab.papers.condition.drives import LOSS, OFFSET, Drive, Injected
 from tierod_lab.papers.condition.recorded import recorded
 
 CAR = load("smartload")

@@ -15,8 +15,7 @@ from tierod.monitors.condition.elements import SLID
 from tierod.monitors.condition.signals import ACTUATORS, OF_AUTOMATED, TARGETS
 from tierod.monitors.run import Run
 from tierod.vehicles import load
-from tierod_lab.papers.condition.drives import Drive
-from tierod_lab.papers.condition.faults import OFFSET, Injected
+from tierod_lab.papers.condition.drives import OFFSET, Drive, Injected
 from tierod_lab.papers.condition.odd_drives import without
 from tierod_lab.papers.condition.recorded import recorded
 

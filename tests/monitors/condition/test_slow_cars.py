@@ -11,7 +11,7 @@ from tierod.io.writers import write
 from tierod.monitors.diagnose import diagnose
 from tierod.vehicles import load
 from tierod_lab.ground.faults import injected
-from tierod_lab.papers.condition.faults import GAIN, OFFSET, Injected
+from tierod_lab.papers.condition.drives import GAIN, OFFSET, Injected
 
 
 @pytest.fixture(scope="module")

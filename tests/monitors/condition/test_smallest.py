@@ -13,8 +13,7 @@ from tierod.monitors.diagnose import diagnose
 from tierod.report.diagnosis import element_rows as rows
 from tierod.report.document import document
 from tierod_lab.ground.faults import injected
-from tierod_lab.papers.condition.drives import Drive
-from tierod_lab.papers.condition.faults import OFFSET, Injected, lost
+from tierod_lab.papers.condition.drives import OFFSET, Drive, Injected, lost
 from tierod_lab.papers.condition.recorded import recorded
 
 LASTING, TESTABLE = 10.0, 5.0

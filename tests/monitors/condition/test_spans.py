@@ -14,8 +14,7 @@ from tierod.monitors.diagnose import diagnose
 from tierod.report.document import document
 from tierod.vehicles import load
 from tierod_lab.ground.faults import injected
-from tierod_lab.papers.condition.drives import Drive
-from tierod_lab.papers.condition.faults import DRIFT, NOISE, OFFSET, STUCK, Injected
+from tierod_lab.papers.condition.drives import DRIFT, NOISE, OFFSET, STUCK, Drive, Injected
 from tierod_lab.papers.condition.recorded import recorded
 
 SEED, LEFT, YAW = 3, "wheel_speed_rear_left", "yaw_rate"

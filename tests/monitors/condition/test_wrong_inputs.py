@@ -17,8 +17,7 @@ from tierod.monitors.diagnose import diagnose
 from tierod.monitors.run import Run
 from tierod.vehicles import load
 from tierod_lab.ground.scenarios import load as load_scenario
-from tierod_lab.papers.condition.drives import Drive
-from tierod_lab.papers.condition.faults import OFFSET, Injected, lost
+from tierod_lab.papers.condition.drives import OFFSET, Drive, Injected, lost
 from tierod_lab.papers.condition.recorded import recorded
 
 ALONG, ACROSS = ACCELERATIONS

@@ -13,19 +13,21 @@ from tierod.vehicles import load
 from tierod_lab.papers.condition import by_bank
 from tierod_lab.papers.condition.drives import (
     ACTUATORS,
+    OFFSET,
     SENSORS,
     Drive,
+    Injected,
     actuator_tests,
     calibration_drives,
     changed_drives,
     healthy_drives,
+    lost,
     mixed_pairs,
     more_kinds,
     sensor_pairs,
     sensor_tests,
     supply_tests,
 )
-from tierod_lab.papers.condition.faults import OFFSET, Injected, lost
 from tierod_lab.papers.condition.recorded import TRUTHS, recorded
 from tierod_lab.papers.condition.substitutes import _squares
 from tierod_lab.papers.condition.vehicles import MEASURED, vehicle

@@ -23,8 +23,7 @@ from tierod_lab.papers.condition import (
     theory,
     uncalibrated,
 )
-from tierod_lab.papers.condition.drives import Drive
-from tierod_lab.papers.condition.faults import OFFSET, Injected
+from tierod_lab.papers.condition.drives import OFFSET, Drive, Injected
 from tierod_lab.papers.condition.recorded import fault_free, recorded
 from tierod_lab.papers.condition.scoring import ELEMENTS, score
 from tierod_lab.papers.condition.truth import Declared, truth_of

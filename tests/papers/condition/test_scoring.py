@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from tierod.core.recording import Channel, Recording
-from tierod_lab.papers.condition.drives import Drive
-from tierod_lab.papers.condition.faults import LOSS, OFFSET, Injected
+from tierod_lab.papers.condition.drives import LOSS, OFFSET, Drive, Injected
 from tierod_lab.papers.condition.scoring import FOUND, MISSED, NOT_TESTABLE, DriveScore
 from tierod_lab.papers.condition.scoring import score as score_of
 from tierod_lab.papers.condition.summary import confusion, isolated, summary

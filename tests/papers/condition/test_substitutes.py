@@ -6,8 +6,7 @@ import pytest
 from tierod.monitors.condition.reaction import FILTER, substitution_graph
 from tierod.vehicles import load
 from tierod_lab.papers.condition.by_bank import Known
-from tierod_lab.papers.condition.drives import Drive
-from tierod_lab.papers.condition.faults import OFFSET, Injected
+from tierod_lab.papers.condition.drives import OFFSET, Drive, Injected
 from tierod_lab.papers.condition.recorded import fault_free, recorded
 from tierod_lab.papers.condition.substitutes import SETTLED, _root, _squares
 

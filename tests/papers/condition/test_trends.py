@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 
 from tierod_lab.papers.condition import trends
-from tierod_lab.papers.condition.drives import Drive
-from tierod_lab.papers.condition.faults import TARGETS, lost
+from tierod_lab.papers.condition.drives import TARGETS, Drive, lost
 from tierod_lab.papers.condition.recorded import recorded
 from tierod_lab.papers.condition.truth import Declared, observable
 from tierod_lab.papers.condition.vehicles import SHORT

@@ -118,7 +118,6 @@ STUDIES: Mapping[str, Study] = {
                 "healthy": "Fault-free driving",
                 "beyond": "More faults, and two at once",
                 "cars": "Real cars",
-                "sensitivity": "Numbers a fifth smaller or larger",
             },
         ),
         Study(

@@ -10,8 +10,17 @@ from tierod.core.claims import Claim, Goal, at_least, at_most, exactly
 from tierod.core.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.core.signals import SIGNALS
 from tierod_lab.papers.condition import causes, tables
-from tierod_lab.papers.condition.drives import SENSORS, TEST_SECONDS, Drive, mixed_pairs, more_kinds, sensor_pairs
-from tierod_lab.papers.condition.faults import OFFSET, OFFSETS, Injected
+from tierod_lab.papers.condition.drives import (
+    OFFSET,
+    OFFSETS,
+    SENSORS,
+    TEST_SECONDS,
+    Drive,
+    Injected,
+    mixed_pairs,
+    more_kinds,
+    sensor_pairs,
+)
 from tierod_lab.papers.condition.reported import vehicles
 from tierod_lab.papers.condition.runs import BEST, VARIANTS, scores
 from tierod_lab.papers.condition.scoring import DriveScore

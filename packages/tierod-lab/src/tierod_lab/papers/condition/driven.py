@@ -8,8 +8,15 @@ import numpy as np
 
 from tierod.core.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.core.recording import Recording
-from tierod_lab.papers.condition.drives import ACTUATOR_SECONDS, Drive, actuator_tests, sensor_tests
-from tierod_lab.papers.condition.faults import LOSS, Injected, lost
+from tierod_lab.papers.condition.drives import (
+    ACTUATOR_SECONDS,
+    LOSS,
+    Drive,
+    Injected,
+    actuator_tests,
+    lost,
+    sensor_tests,
+)
 from tierod_lab.papers.condition.recorded import each, recorded
 from tierod_lab.papers.condition.reported import USED, vehicles
 from tierod_lab.papers.condition.tables import between, curves

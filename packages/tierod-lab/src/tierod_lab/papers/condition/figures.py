@@ -10,8 +10,7 @@ import numpy as np
 from tierod.core.content import Chart, Heading, Item, Panel
 from tierod.core.graph import scan
 from tierod.core.recording import Recording
-from tierod_lab.papers.condition.drives import SENSORS, TEST_SECONDS, Drive, both_motors
-from tierod_lab.papers.condition.faults import LOSS, Injected, lost
+from tierod_lab.papers.condition.drives import LOSS, SENSORS, TEST_SECONDS, Drive, Injected, both_motors, lost
 from tierod_lab.papers.condition.recorded import recorded
 from tierod_lab.papers.condition.rules.all_residuals import AllResiduals
 from tierod_lab.papers.condition.rules.fit import samples_of

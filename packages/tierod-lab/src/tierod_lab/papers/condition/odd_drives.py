@@ -14,8 +14,7 @@ from tierod_lab.ground.courses.catalogue import AnyCourse, load
 from tierod_lab.ground.courses.circuit import Circuit, Halt
 from tierod_lab.ground.courses.conditions import Adhesion, Along
 from tierod_lab.ground.run import run
-from tierod_lab.papers.condition.drives import SENSORS, Drive
-from tierod_lab.papers.condition.faults import TARGETS
+from tierod_lab.papers.condition.drives import SENSORS, TARGETS, Drive
 from tierod_lab.papers.condition.recorded import as_recorded, recorded
 from tierod_lab.papers.condition.vehicles import LONG, SHORT, vehicle
 

@@ -21,8 +21,7 @@ from tierod.monitors.condition.definition import (
 from tierod_lab.ground.faults import injected
 from tierod_lab.papers.condition import causes, tables
 from tierod_lab.papers.condition.by_rules import said as said_by_rules
-from tierod_lab.papers.condition.drives import Drive
-from tierod_lab.papers.condition.faults import LOSS, OFFSET, OFFSETS, OUTLIER, OUTLIER_FACTOR, Injected
+from tierod_lab.papers.condition.drives import LOSS, OFFSET, OFFSETS, OUTLIER, OUTLIER_FACTOR, Drive, Injected
 from tierod_lab.papers.condition.real_diagnoses import RULES, SETTLED, accuracy, healthy_ratios, learnt, said
 from tierod_lab.papers.condition.real_recordings import CARS, SENSORS, RealCar, on_grid
 from tierod_lab.papers.condition.runs import BEST, VARIANTS

@@ -14,8 +14,7 @@ from tierod.core.signals import SIGNALS
 from tierod_lab.ground.faults import injected
 from tierod_lab.ground.run import Outcome, run
 from tierod_lab.ground.sensors import SensorSet
-from tierod_lab.papers.condition.drives import Drive, calibration_drives
-from tierod_lab.papers.condition.faults import TARGETS, TORQUES
+from tierod_lab.papers.condition.drives import TARGETS, TORQUES, Drive, calibration_drives
 from tierod_lab.papers.condition.vehicles import MEASURED, course
 from tierod_lab.studies.effort import Effort
 

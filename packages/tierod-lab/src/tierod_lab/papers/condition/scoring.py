@@ -9,8 +9,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from tierod_lab.papers.condition.drives import ACTUATORS, SENSORS, Drive
-from tierod_lab.papers.condition.faults import Injected
+from tierod_lab.papers.condition.drives import ACTUATORS, SENSORS, Drive, Injected
 from tierod_lab.papers.condition.truth import Declared, Truth, truths
 
 ELEMENTS = (*SENSORS, *ACTUATORS)

@@ -11,8 +11,7 @@ from tierod.core.content import Chart, Heading, Item, Panel, Points
 from tierod.core.signals import SIGNALS
 from tierod.monitors.condition.weighing import Returning
 from tierod_lab.papers.condition import causes, tables
-from tierod_lab.papers.condition.drives import SENSORS, Drive, sensor_tests
-from tierod_lab.papers.condition.faults import LOSS, OFFSET, OUTLIER
+from tierod_lab.papers.condition.drives import LOSS, OFFSET, OUTLIER, SENSORS, Drive, sensor_tests
 from tierod_lab.papers.condition.reported import vehicles
 from tierod_lab.papers.condition.rules.parameters import PAPER
 from tierod_lab.papers.condition.runs import BEST, VARIANTS, scores

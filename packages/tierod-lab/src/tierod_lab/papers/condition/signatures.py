@@ -10,8 +10,7 @@ import numpy as np
 from tierod.core.content import Table
 from tierod.core.graph import scan
 from tierod.core.recording import Recording
-from tierod_lab.papers.condition.drives import ACTUATORS, SENSORS, Drive
-from tierod_lab.papers.condition.faults import TARGETS
+from tierod_lab.papers.condition.drives import ACTUATORS, SENSORS, TARGETS, Drive
 from tierod_lab.papers.condition.rules.all_residuals import AllResiduals
 from tierod_lab.papers.condition.rules.fit import samples_of
 from tierod_lab.papers.condition.rules.parameters import RESIDUALS, SENSOR_RESIDUALS

@@ -24,7 +24,6 @@ PARTS: Mapping[str, str] = {
     "healthy": "fault-free driving",
     "odd": "odd recordings",
     "real_cars": "real cars",
-    "sensitivity": "numbers a fifth smaller or larger",
 }
 """Module of every part -> its title for the progress."""
 

@@ -16,8 +16,7 @@ from tierod.monitors.condition.reaction import FILTER, plain_relations, substitu
 from tierod.monitors.condition.signals import OF_AUTOMATED, ConditionSample
 from tierod.vehicles import Vehicle, load
 from tierod_lab.papers.condition import by_bank
-from tierod_lab.papers.condition.drives import TEST_SECONDS, Drive, healthy_drives
-from tierod_lab.papers.condition.faults import OFFSET, OFFSETS, Injected
+from tierod_lab.papers.condition.drives import OFFSET, OFFSETS, TEST_SECONDS, Drive, Injected, healthy_drives
 from tierod_lab.papers.condition.recorded import each, fault_free
 from tierod_lab.papers.condition.reported import vehicles
 from tierod_lab.papers.condition.runs import calibrations

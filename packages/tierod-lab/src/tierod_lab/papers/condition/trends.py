@@ -11,8 +11,7 @@ from tierod.core.claims import Claim, at_most, between
 from tierod.core.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.core.graph import scan
 from tierod.core.recording import Recording
-from tierod_lab.papers.condition.drives import ACTUATOR_SECONDS, TEST_SECONDS, Drive, both_motors
-from tierod_lab.papers.condition.faults import LOSS, Injected, lost
+from tierod_lab.papers.condition.drives import ACTUATOR_SECONDS, LOSS, TEST_SECONDS, Drive, Injected, both_motors, lost
 from tierod_lab.papers.condition.figures import EIGHT, RULES
 from tierod_lab.papers.condition.recorded import RATE, recorded
 from tierod_lab.papers.condition.rules.all_residuals import AllResiduals

@@ -10,8 +10,7 @@ import numpy as np
 
 from tierod.core.recording import Recording
 from tierod.vehicles import load
-from tierod_lab.papers.condition.drives import SENSORS, Drive
-from tierod_lab.papers.condition.faults import GAIN, LOSS, OUTLIER, STUCK, TARGETS, TORQUES, Injected
+from tierod_lab.papers.condition.drives import GAIN, LOSS, OUTLIER, SENSORS, STUCK, TARGETS, TORQUES, Drive, Injected
 from tierod_lab.papers.condition.recorded import RATE, deviations, fault_free
 
 NOTHING: Mapping[str, np.ndarray] = {}

@@ -17,8 +17,7 @@ from tierod.core.model import Model
 from tierod.models.linear import discretise
 from tierod.vehicles import load
 from tierod_lab.methods.unscented import UnscentedFilter
-from tierod_lab.papers.condition.drives import TEST_SECONDS, Drive
-from tierod_lab.papers.condition.faults import LOSS, Injected
+from tierod_lab.papers.condition.drives import LOSS, TEST_SECONDS, Drive, Injected
 from tierod_lab.papers.condition.recorded import fault_free, recorded
 from tierod_lab.papers.condition.rules.angle_filters import (
     explicit,

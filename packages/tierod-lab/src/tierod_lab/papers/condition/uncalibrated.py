@@ -14,8 +14,7 @@ from tierod.core.recording import Recording
 from tierod.vehicles import load
 from tierod_lab.papers.condition import causes
 from tierod_lab.papers.condition.by_bank import Known, declare
-from tierod_lab.papers.condition.drives import Drive, healthy_drives, more_kinds
-from tierod_lab.papers.condition.faults import DELAY, GAIN, NOISE, OFFSET
+from tierod_lab.papers.condition.drives import DELAY, GAIN, NOISE, OFFSET, Drive, healthy_drives, more_kinds
 from tierod_lab.papers.condition.recorded import each
 from tierod_lab.papers.condition.reported import vehicles
 from tierod_lab.papers.condition.scoring import FOUND, DriveScore, score

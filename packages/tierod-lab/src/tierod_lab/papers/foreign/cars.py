@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from tierod.core.claims import Claim, at_least, exactly
 from tierod.core.content import Heading, Item, Table
 from tierod_lab.papers.condition import real_cars, tables
-from tierod_lab.papers.condition.faults import DRIFT, OFFSETS, STUCK, Injected
+from tierod_lab.papers.condition.drives import DRIFT, OFFSETS, STUCK, Injected
 from tierod_lab.papers.condition.real_cars import Judged, judged
 from tierod_lab.papers.condition.scoring import DriveScore
 from tierod_lab.papers.condition.summary import isolated, summary
