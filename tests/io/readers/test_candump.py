@@ -109,3 +109,18 @@ def test_a_time_of_hundreds_of_digits_is_none(line):
 def test_a_log_of_more_buses_than_there_can_be_is_damaged():
     with pytest.raises(InputError, match="more than 64 buses"):
         read_frames(b"".join(b"(1.5) can%05d 123#01\n" % number for number in range(70_000)))
+
+
+@pytest.mark.parametrize("option", ["ta", "tz", "td"])
+def test_a_log_as_candump_prints_it(option):
+    stamps = 0.02 * np.arange(200)
+    shown = {"ta": 1.7e9 + stamps, "tz": stamps, "td": np.diff(stamps, prepend=0.0)}[option]
+    lines = [f" ({each:010.6f})  can0  120   [2]  {k % 256:02X} 0A\n" for k, each in enumerate(shown)]
+    frames = read_frames("".join(lines).encode(), 700)
+    assert frames.time == pytest.approx(stamps, abs=1e-6)
+    assert frames.payload[5, :2].tolist() == [5, 10]
+
+
+def test_a_printed_log_without_time_is_refused():
+    with pytest.raises(InputError, match="no time stamps; record it with"):
+        list(frames_of([b"  can0  120   [2]  00 0A\n"]))

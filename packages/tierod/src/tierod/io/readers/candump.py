@@ -1,4 +1,4 @@
-"""Text of `candump -L`: lines as "(1600000000.000100) can0 123#0102"."""
+"""Text of `candump -L`, lines as "(1600000000.000100) can0 123#0102", and of `candump -t`, as it prints them."""
 
 from __future__ import annotations
 
@@ -19,6 +19,13 @@ _LINE = re.compile(
     rb"^\((\d{1,18})\.(\d{1,18})\) +(\S+) +([0-9A-Fa-f]{3,8})#(?:#.)?((?:[0-9A-Fa-f]{2}){0,64}|R\w*)(?: [RT])?[ \r]*$",
     re.MULTILINE,
 )
+# As printed: "(1600000000.000100)  can0  RX - -  123   [2]  01 02   '..'"; without -t it has no time
+_PRINTED = re.compile(
+    rb"^ *(?:\((\d{1,18}\.\d{1,18})\))? +(\S+) +(?:[RT]X +[-BE] +[-BE] +)?([0-9A-Fa-f]{3,8}) +\[(\d+)\]"
+    rb"((?: +[0-9A-Fa-f]{2})*)( +remote request)?(?: +'.*')?[ \r]*$",
+    re.MULTILINE,
+)
+_DELTAS = 0.1  # Share of stamps that do not grow from which they are times since the frame before (`candump -td`)
 _ERROR_FRAME, _ID = 0x20000000, 0x1FFFFFFF
 
 
@@ -28,7 +35,7 @@ def frames_of(blocks: Iterable[bytes]) -> Iterator[Frames]:
     first: tuple[float, float] | None = None
     frames: Frames | None = None
     lines = good = 0
-    for block in blocks:
+    for block in _as_logged(blocks):
         rows = _LINE.findall(block)
         lines, good = lines + sum(map(bool, block.splitlines())), good + len(rows)
         # Remote frames and error frames are whole lines without a signal.
@@ -61,11 +68,37 @@ def frames_of(blocks: Iterable[bytes]) -> Iterator[Frames]:
         yield only_notes(frames, (f"{lines - good} of {lines} lines of the log are broken and were left out",))
 
 
+def _as_logged(blocks: Iterable[bytes]) -> Iterator[bytes]:
+    """Blocks of lines as `candump -L` writes them."""
+    deltas: bool | None = None
+    now = 0.0
+    for block in blocks:
+        printed = _PRINTED.findall(block)
+        if not printed:
+            yield block
+            continue
+        if not all(row[0] for row in printed):
+            raise InputError("the log of `candump` holds no time stamps; record it with `candump -L` or `candump -ta`")
+        stamps = np.array([float(row[0]) for row in printed])
+        if deltas is None:
+            deltas = stamps[0] < 1.0 and len(stamps) > 1 and bool(np.mean(np.diff(stamps[1:]) <= 0.0) > _DELTAS)
+        if deltas:
+            stamps = now + np.cumsum(stamps)
+            now = float(stamps[-1])
+        times = iter([b"%.6f" % each for each in stamps] if deltas else [row[0] for row in printed])
+
+        def line(found: re.Match[bytes], times: Iterator[bytes] = times) -> bytes:
+            data = b"R" if found[6] else b"".join(found[5].split())
+            return b"(%s) %s %s#%s" % (next(times), found[2], found[3], data)
+
+        yield _PRINTED.sub(line, block)
+
+
 def _log(content: Content, _: object) -> Log:
     return Log(content.path.name, Remembered(lambda: frames_of(whole_lines(content.blocks(), content.path))))
 
 
 FORMAT = Format(
     "candump", "candump -L (.log)", (".log",), _log,
-    lambda head, ending: LINE.search(text_begin(head)) is not None, text=True,
+    lambda head, ending: (LINE.search(text_begin(head)) or _PRINTED.search(head)) is not None, text=True,
 )  # fmt: skip
