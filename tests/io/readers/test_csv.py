@@ -252,3 +252,12 @@ def test_bytes_that_are_no_unicode_do_no_harm(tmp_path, broken):
     recording = read(path)
     assert recording["yaw_rate"].values[49] == pytest.approx(np.radians(49.0))
     assert recording["yaw_rate"].values[-1] == pytest.approx(np.radians(59.0))
+
+
+def test_rows_of_empty_cells_in_the_heading_hide_neither_names_nor_units(tmp_path):
+    rows = "".join(f"{k / 20},{50 + k % 3},{k % 5 / 10},{k % 7}\n" for k in range(100))
+    heading = "Format,CSV File,,\n,,,\nTime,GPS Speed,GPS LatAcc,GPS Gyro\ns,km/h,g,deg/s\n,,,\n"
+    (tmp_path / "kart.csv").write_text(heading + rows)
+    recording = read(tmp_path / "kart.csv")
+    assert recording.names == ("vehicle_speed", "lateral_acceleration", "yaw_rate")
+    assert recording["vehicle_speed"].values.max() == pytest.approx(52 / 3.6)

@@ -121,7 +121,7 @@ def _layout(lines: list[tuple[int, str]], delimiter: str, decimal: str, about: d
         (at for at in range(len(body)) if _is_data(body, at, width, [*numeric, *dates], decimal)),
         len(body) - 1,
     )
-    header = [cells for cells in body[:first] if 1 < len(cells) <= width]
+    header = [cells for cells in body[:first] if 1 < len(cells) <= width and any(map(str.strip, cells))]
     _refuse_lacking_names(header, below, delimiter)
     columns = _columns(header, width)
     columns = tuple(_as_written(column, about) for column in columns)
