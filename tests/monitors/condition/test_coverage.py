@@ -1,14 +1,17 @@
-"""When a recording holds enough to be judged."""
+"""When a recording holds enough to be judged: sensors, targets and their pace, and since when something lacks."""
 
 import numpy as np
 import pytest
 
+from tierod.core.findings import Status
 from tierod.monitors.condition.coverage import (
     HELD,
     LOST,
     UNASKED,
+    Absence,
     Coverage,
     ImpossibleValues,
+    TargetPace,
     all_zero,
 )
 from tierod.monitors.condition.signals import ALL_WHEELS, PLACES, SENSORS, TARGETS, ConditionSample
@@ -190,3 +193,96 @@ def test_a_fault_of_a_sensor_and_a_missing_value_are_not_impossible():
     checked = ImpossibleValues()
     assert checked.add(values) is values
     assert checked.notes() == ()
+
+
+TARGET_PLACES = [ConditionSample._fields.index(name) for name in TARGETS]
+
+
+def result(values, piece=10_000):
+    pace = TargetPace(RATE)
+    for start in range(0, len(values), piece):
+        pace.add(values[start : start + piece])
+    return pace.problems()
+
+
+def rows(count=3000):
+    return np.zeros((count, len(ConditionSample._fields)))
+
+
+def every(steps, columns):
+    values = rows()
+    seldom = np.arange(len(values)) % steps != 0
+    values[np.ix_(seldom, columns)] = np.nan
+    return values
+
+
+@pytest.mark.parametrize("piece", [10_000, 7, 1])
+def test_slow_targets_are_reported_with_their_rate_however_the_recording_is_cut(piece):
+    (problem,) = result(every(5, TARGET_PLACES), piece)
+    assert "are sampled at 20 Hz" in problem.cause
+    assert all(name in problem.action for name in TARGETS)
+
+
+def test_one_slow_target_is_named():
+    (problem,) = result(every(4, TARGET_PLACES[2:3]))
+    assert f"{TARGETS[2]} is sampled at 25 Hz" in problem.cause
+    assert TARGETS[0] not in problem.action
+
+
+def test_targets_at_half_the_rate_are_fast_enough_and_so_are_slow_sensors():
+    assert result(every(2, TARGET_PLACES)) == ()
+    assert result(every(10, range(6))) == ()
+
+
+def test_gaps_and_lost_frames_are_no_slow_target():
+    values = rows()
+    values[np.ix_(np.random.default_rng(3).random(len(values)) < 0.2, TARGET_PLACES)] = np.nan
+    values[500:900, TARGET_PLACES] = np.nan
+    assert result(values) == ()
+    values[:, TARGET_PLACES] = np.nan
+    assert result(values) == ()
+
+
+PERIOD, BORNE = 0.01, 1.0
+TIME = np.arange(3000) * PERIOD
+
+
+def followed(there, parked=None, cuts=(), others=None):
+    absence = Absence(PERIOD, BORNE)
+    parked = np.zeros(len(TIME), bool) if parked is None else parked
+    rest = np.zeros(len(TIME), bool) if others is None else others
+    for time, some, stands, each in zip(*(np.split(each, cuts) for each in (TIME, there, parked, rest)), strict=True):
+        absence.add(time, some, stands, each)
+    return absence
+
+
+@pytest.mark.parametrize("cuts", [(), (700, 1500), (1100, 1101)])
+def test_what_ends_is_gone_since_its_last_reading(cuts):
+    absence = followed(TIME < 11.0 - 1e-9, cuts=cuts)
+    assert absence.since == pytest.approx(10.0)
+    assert absence.loss(Status.NOT_AVAILABLE, "no reading", "read").cause == "no reading since 10.00 s"
+
+
+def test_what_comes_back_has_lacked_for_most_of_the_drive_or_not():
+    rare, often = followed((TIME < 5.0) | (TIME > 25.0)), followed((TIME < 10.0) | (TIME > 15.0))
+    assert (rare.since, often.since) == (None, None)
+    assert rare.loss(Status.NOT_AVAILABLE, "", "read").cause == "read for only 10 of 30 s of driving"
+    assert often.loss(Status.NOT_AVAILABLE, "", "read") is None
+
+
+@pytest.mark.parametrize("cuts", [(), (700, 1500), (1100, 1101)])
+def test_what_lacks_alone_and_comes_back_has_the_times_of_its_gap(cuts):
+    there, alone = (TIME < 11.0 - 1e-9) | (TIME > 15.0 - 1e-9), np.ones(len(TIME), bool)
+    gap = followed(there, cuts=cuts, others=alone).loss(Status.NOT_AVAILABLE, "no reading", "read")
+    assert (gap.status, gap.cause) == (Status.NOT_TESTABLE, "no reading from 10.00 s to 15.00 s")
+    # Where all signals pause together, nothing was judged, and none of them was lost.
+    assert followed(there, cuts=cuts, others=there).loss(Status.NOT_AVAILABLE, "no reading", "read") is None
+
+
+def test_nothing_lacks_while_the_vehicle_is_parked_nor_what_never_came():
+    assert followed(TIME < 11.0, TIME > 10.5).loss(Status.NOT_AVAILABLE, "", "") is None
+    assert followed(TIME < 0.0).loss(Status.NOT_AVAILABLE, "", "") is None
+
+
+def test_a_short_end_is_no_loss():
+    assert followed(TIME < 29.5).since is None
