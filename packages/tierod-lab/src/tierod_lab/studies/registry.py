@@ -53,7 +53,7 @@ STUDIES: Mapping[str, Study] = {
                 "estimator": "tierod's default estimator",
                 "verdict": "tierod's verdict",
                 "laws": "Friction laws outside the estimator's model",
-                "plant": "The virtual car itself",
+                "plant": "The drives themselves",
             },
         ),
         Study(

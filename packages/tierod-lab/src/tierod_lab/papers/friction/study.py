@@ -18,7 +18,6 @@ from tierod_lab.papers.friction import (
     laws,
     paper_sets,
     picture,
-    plant,
     refined_claims,
     refined_figures,
     steps,
@@ -68,8 +67,6 @@ def items(effort: Effort, progress: Progress) -> Iterator[Item]:
         yield from part(drives, effort)
     progress(_DRIVING, "lock-to-lock turns")
     yield from hysteresis.items(hysteresis.turns(effort))
-    progress(0.5 * (1.0 + _DRIVING), "the virtual car")
-    yield from plant.items()
     yield from _ended(drives)
     yield SEEDS.table()
     progress(1.0, "done")
