@@ -155,13 +155,6 @@ def test_the_band_holds_the_sideslip_of_cars_drawn_from_the_spread():
     assert own < 0.75
 
 
-@pytest.mark.slow
-def test_the_coverage_over_two_hundred_cars():
-    wider, own = coverage(count=200, seed=1162, spread=0.2)
-    print(f"95 % band of the sideslip, 200 cars: {wider:.3f} with the spread, {own:.3f} without")
-    assert 0.9 <= wider <= 0.99
-
-
 @pytest.mark.parametrize(
     ("monitor", "held"),
     [
