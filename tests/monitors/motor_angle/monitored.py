@@ -7,6 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from exact_vehicle import diagnose
 from tierod.core.graph import scan, trace
 from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
@@ -39,6 +40,20 @@ def changed(**columns):
     for name, values in columns.items():
         samples[:, COLUMN[name]] = values
     return samples
+
+
+def redrawn(samples, signal, change):
+    """Samples in which a vector of the stator, as a complex number, is another."""
+    samples, columns = samples.copy(), [COLUMN[f"{signal}_{axis}"] for axis in ("alpha", "beta")]
+    vector = change(samples[:, columns[0]] + 1j * samples[:, columns[1]])
+    samples[:, columns] = np.column_stack([vector.real, vector.imag])
+    return samples
+
+
+def finding(source, vehicle="motor-bench", **more):
+    """Of a recording, or of samples."""
+    source = source if isinstance(source, Recording) else recording(source)
+    return diagnose(source, vehicle, "motor-angle", **more).findings[0]
 
 
 def recording(samples, **metadata):

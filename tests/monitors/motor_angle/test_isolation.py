@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from exact_vehicle import diagnose
-from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, changed, recording
+from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, changed, finding
 from said import estimated, said
 from tierod.core.findings import Status
 from tierod.diagnosis.fault_memory import FaultMemory
@@ -16,11 +15,6 @@ from tierod_lab.papers.motor_angle.sensor_faults import offset
 ANGLE = FAULT_FREE().samples[:, COLUMN["motor_angle_mechanical"]]
 TIME = np.arange(len(ANGLE)) / RATE
 CURRENTS, VOLTAGES = (tuple(f"motor_{name}_{axis}" for axis in ("alpha", "beta")) for name in ("current", "voltage"))
-
-
-def finding(samples, **more):
-    """Of samples of the bench."""
-    return diagnose(recording(samples), "motor-bench", "motor-angle", **more).findings[0]
 
 
 def times(factor, names, samples=None):

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from exact_vehicle import diagnose
-from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, recording
+from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, finding, recording, redrawn
+from said import said
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
 from tierod.models.stator_frame_motor import SampledMotorParameters
@@ -15,7 +15,7 @@ from tierod.vehicles import load
 from tierod_lab.papers.motor_angle.bench import bench, course, observed_drive
 
 P = load("motor-bench").parameters_for(SampledMotorParameters)
-CURRENTS, VOLTAGES = (("motor_current_alpha", "motor_current_beta"), ("motor_voltage_alpha", "motor_voltage_beta"))
+CURRENTS, VOLTAGES = "motor_current", "motor_voltage"
 TURN = np.exp(2j * np.pi / 3.0)
 CASES = {
     "sign of the currents": (CURRENTS, lambda v: -v, "the currents have the wrong sign", "factor of -1"),
@@ -33,10 +33,6 @@ CASES = {
 }
 
 
-def finding(source):
-    return diagnose(source, "motor-bench", "motor-angle").findings[0]
-
-
 REPEATED = ("phases a and c", "voltages moved on")
 """Those like another: which pair is swapped, and which of the two is moved on, is one and the same search."""
 
@@ -45,12 +41,8 @@ REPEATED = ("phases a and c", "voltages moved on")
     "case", [pytest.param(each, marks=pytest.mark.slow) if each in REPEATED else each for each in CASES]
 )
 def test_it_is_named_with_its_cure(case):
-    names, change, cause, action = CASES[case]
-    columns = [COLUMN[name] for name in names]
-    samples = FAULT_FREE().samples.copy()
-    vector = change(samples[:, columns[0]] + 1j * samples[:, columns[1]])
-    samples[:, columns] = np.column_stack([vector.real, vector.imag])
-    found = finding(recording(samples))
+    name, change, cause, action = CASES[case]
+    found = finding(redrawn(FAULT_FREE().samples, name, change))
     assert found.status is Status.NOT_TESTABLE
     assert cause in found.cause
     assert action in found.action
@@ -111,9 +103,10 @@ def test_a_warm_motor_and_a_sensor_that_turns_backwards_are_left_alone(fault_fre
 def test_what_changed_on_the_way_is_a_fault(start):
     samples = FAULT_FREE().samples.copy()
     samples[start:, COLUMN["motor_current_beta"]] *= -1.0
-    found = finding(recording(samples))
+    found = finding(samples)
     assert found.status is Status.FAULT
     assert "contradict the model of the motor" in found.cause
+    assert "1.00 times" not in said(found)
 
 
 @pytest.mark.parametrize("share", [0.1, 0.03, 0.0])
@@ -123,5 +116,4 @@ def test_a_drive_too_slow_to_be_judged_is_not_called_wrong(share):
     slow = observed_drive(bench(), share * course(time, 7), np.zeros(len(time)), 7)
     samples = np.full((len(slow.angle), len(COLUMN)), np.nan)
     samples[:, :5] = slow.samples
-    found = finding(recording(samples))
-    assert found.status is Status.NOT_ENABLED
+    assert finding(samples).status is Status.NOT_ENABLED

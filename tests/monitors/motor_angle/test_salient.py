@@ -8,8 +8,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from exact_vehicle import diagnose
-from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, recording, vehicle_with
+from monitors.motor_angle.monitored import COLUMN, finding, redrawn, vehicle_with
 from said import said
 from tierod.core.findings import Status
 from tierod.core.graph import scan
@@ -72,27 +71,31 @@ def test_an_offset_of_five_degrees_is_found_within_fifty_milliseconds(ratio, deg
     assert 0.0 < found.delay < 50.0
 
 
-def finding(samples, ratio):
-    p = salient_monitor(ratio).observer.parameters
-    vehicle = vehicle_with(motor_inductance=p.motor_inductance)
-    saliency = replace(vehicle.parameters["motor_inductance"], name="motor_saliency", value=p.motor_saliency, unit="")
-    vehicle = replace(vehicle, parameters={**vehicle.parameters, "motor_saliency": saliency})
-    return diagnose(recording(samples), vehicle, "motor-angle").findings[0]
+def along(ratio):
+    return salient_monitor(ratio).observer.parameters.motor_inductance
+
+
+def car(along, ratio=None):
+    vehicle = vehicle_with(motor_inductance=along)
+    if ratio is None:
+        return vehicle
+    saliency = replace(vehicle.parameters["motor_inductance"], name="motor_saliency", value=ratio, unit="")
+    return replace(vehicle, parameters={**vehicle.parameters, "motor_saliency": saliency})
 
 
 @pytest.mark.parametrize("ratio", RATIOS)
 def test_a_fault_free_drive_is_healthy_and_an_offset_is_a_fault_of_the_sensor(ratio):
     samples = driven(ratio, 6, 9.0).samples.copy()
-    assert finding(samples, ratio).status is Status.HEALTHY
+    assert finding(samples, car(along(ratio), ratio)).status is Status.HEALTHY
     samples[62_000:, COLUMN["motor_angle_mechanical"]] += np.radians(5.0) / 4.0
-    found = finding(samples, ratio)
+    found = finding(samples, car(along(ratio), ratio))
     assert found.status is Status.FAULT
     assert "angle sensor differs" in found.cause
     assert math.degrees(found.estimate.value) == pytest.approx(5.0, abs=1.0)
 
 
 @pytest.mark.parametrize(
-    ("names", "change", "cause"),
+    ("signal", "change", "cause"),
     [
         ("motor_current", np.conj, "the phases of the currents are swapped: b and c"),
         ("motor_voltage", np.conj, "the phases of the voltages are swapped"),
@@ -101,12 +104,9 @@ def test_a_fault_free_drive_is_healthy_and_an_offset_is_a_fault_of_the_sensor(ra
     ],
 )
 @pytest.mark.parametrize("ratio", [pytest.param(1.1, marks=pytest.mark.slow), 3.0])
-def test_a_wrong_recording_of_a_salient_motor_is_named(names, change, cause, ratio):
-    samples = driven(ratio, 6, 9.0).samples.copy()
-    columns = [COLUMN[f"{names}_{axis}"] for axis in ("alpha", "beta")]
-    vector = change(samples[:, columns[0]] + 1j * samples[:, columns[1]])
-    samples[:, columns] = np.column_stack([vector.real, vector.imag])
-    found = finding(samples, ratio)
+def test_a_wrong_recording_of_a_salient_motor_is_named(signal, change, cause, ratio):
+    samples = redrawn(driven(ratio, 6, 9.0).samples, signal, change)
+    found = finding(samples, car(along(ratio), ratio))
     assert found.status is Status.NOT_TESTABLE
     assert cause in found.cause
 
@@ -115,55 +115,33 @@ def test_a_sensor_of_noise_is_named_and_not_the_currents_of_a_salient_motor():
     samples = salient_drive(3.0, 6, 9.0, largest=0.0).samples
     angle = samples[:, COLUMN["motor_angle_mechanical"]]
     angle += np.nanstd(angle) * np.random.default_rng(1).normal(size=len(angle))
-    found = finding(samples, 3.0)
+    found = finding(samples, car(along(3.0), 3.0))
     assert found.status is Status.FAULT
     assert found.cause == "the readings of the motor's angle sensor have noise"
 
 
 @pytest.mark.parametrize("ratio", [1.5, 3.0])
 def test_a_saliency_that_the_file_does_not_know_is_named_and_is_no_fault(ratio):
-    vehicle = vehicle_with(motor_inductance=salient_monitor(ratio).observer.parameters.motor_inductance)
-    found = diagnose(recording(driven(ratio, 5, 12.0).samples), vehicle, "motor-angle").findings[0]
+    found = finding(driven(ratio, 5, 12.0).samples, car(along(ratio)))
     assert found.status is Status.NOT_TESTABLE
     assert "those along and across the flux may differ" in found.cause
     assert f"across the flux is {ratio:.1f}" in found.cause
     assert float(found.action.split("motor_saliency = ")[1].split()[0]) == pytest.approx(ratio, rel=0.05)
 
 
-def with_inductances(along, ratio=None):
-    vehicle = vehicle_with(motor_inductance=along)
-    if ratio is None:
-        return vehicle
-    saliency = replace(vehicle.parameters["motor_inductance"], name="motor_saliency", value=ratio, unit="")
-    return replace(vehicle, parameters={**vehicle.parameters, "motor_saliency": saliency})
-
-
 @pytest.mark.parametrize("ratio", [2.0, pytest.param(3.0, marks=pytest.mark.slow)])
 def test_field_weakening_with_the_inductance_across_the_flux_alone_names_the_one_along_it(ratio):
-    across = ratio * salient_monitor(ratio).observer.parameters.motor_inductance
-    drive = recording(fast_drive(ratio, 52, 9.0).samples)
-    found = diagnose(drive, with_inductances(across), "motor-angle").findings[0]
+    drive = fast_drive(ratio, 52, 9.0).samples
+    found = finding(drive, car(ratio * along(ratio)))
     assert found.status is Status.NOT_TESTABLE
     assert f"the inductance along the flux is {1.0 / ratio:.1f}" in found.cause
     assert "1.00 times" not in said(found)
     given = re.fullmatch(r"give motor_inductance = (\S+) H .* motor_saliency = (\S+) .*", found.action)
-    followed = with_inductances(*map(float, given.groups()))
-    assert diagnose(drive, followed, "motor-angle").findings[0].status is Status.HEALTHY
+    assert finding(drive, car(*map(float, given.groups()))).status is Status.HEALTHY
 
 
 def test_one_inductance_between_both_is_named_for_each_axis():
-    p = salient_monitor(3.0).observer.parameters
-    vehicle = with_inductances(2.0 * p.motor_inductance)
-    found = diagnose(recording(driven(3.0, 5, 12.0).samples), vehicle, "motor-angle").findings[0]
+    found = finding(driven(3.0, 5, 12.0).samples, car(2.0 * along(3.0)))
     assert found.status is Status.NOT_TESTABLE
     assert "the inductances along and across the flux are 0.5" in found.cause
     assert " and 1.5" in found.cause
-
-
-def test_a_contradiction_names_no_parameter_that_fits():
-    samples = FAULT_FREE().samples.copy()
-    samples[45_000:, COLUMN["motor_current_beta"]] *= -1.0
-    found = diagnose(recording(samples), "motor-bench", "motor-angle").findings[0]
-    assert found.status is Status.FAULT
-    assert "contradict the model of the motor" in found.cause
-    assert "1.00 times" not in said(found)

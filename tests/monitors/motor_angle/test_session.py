@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from exact_vehicle import diagnose
-from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, changed, recording, vehicle_with
+from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, changed, finding, recording, vehicle_with
 from said import estimated, said
 from tierod.core.errors import InputError
 from tierod.core.findings import Status
@@ -18,12 +18,8 @@ ANGLE = FAULT_FREE().samples[:, COLUMN["motor_angle_mechanical"]]
 LATE = np.arange(len(ANGLE)) >= 62_000
 
 
-def diagnosed(samples, vehicle="motor-bench", **more):
-    return diagnose(recording(samples), vehicle, "motor-angle", **more)
-
-
-def finding(samples, vehicle="motor-bench"):
-    return diagnosed(samples, vehicle).findings[0]
+def diagnosed(samples, **more):
+    return diagnose(recording(samples), "motor-bench", "motor-angle", **more)
 
 
 def test_a_fault_free_drive():
@@ -69,14 +65,17 @@ def test_currents_that_come_too_slowly_are_refused():
     channels = recording(slow).channels
     late = {name: replace(each, time=2.0 * each.time) for name, each in channels.items()}
     with pytest.raises(InputError, match=r"motor_current_alpha has only about 5000 Hz"):
-        diagnose(Recording(late), "motor-bench", "motor-angle")
+        finding(Recording(late))
 
 
-def test_a_low_supply_is_the_root_of_what_it_does():
-    supply = np.where(LATE, 7.0, 13.0)
-    found = finding(changed(supply_voltage=supply, motor_angle_mechanical=ANGLE + FIVE_DEGREES * LATE))
+def test_a_low_supply_is_the_root_of_what_it_does_and_fills_one_code_of_the_memory(tmp_path):
+    path, supply = tmp_path / "memory.json", np.where(LATE, 7.0, 13.0)
+    found = finding(changed(supply_voltage=supply, motor_angle_mechanical=ANGLE + FIVE_DEGREES * LATE), memory=path)
     assert found.cause == "the supply of the controller is too low"
     assert "angle_alarm_from_s" in found.evidence
+    memory = FaultMemory.opened(path, "motor-bench")
+    raised = [name for name, entry in memory.entries.items() if entry.status & 0x08]
+    assert raised == ["motor-supply-low"]
 
 
 def test_pieces_give_what_the_whole_gives(monkeypatch):
@@ -86,15 +85,6 @@ def test_pieces_give_what_the_whole_gives(monkeypatch):
     pieces = finding(samples)
     assert (pieces.status, pieces.headline, pieces.since) == (whole.status, whole.headline, whole.since)
     assert pieces.evidence == pytest.approx(whole.evidence, rel=1e-9)
-
-
-def test_one_root_fills_one_code_of_the_memory(tmp_path):
-    path = tmp_path / "memory.json"
-    supply = np.where(LATE, 7.0, 13.0)
-    diagnosed(changed(supply_voltage=supply, motor_angle_mechanical=ANGLE + FIVE_DEGREES * LATE), memory=path)
-    memory = FaultMemory.opened(path, "motor-bench")
-    raised = [name for name, entry in memory.entries.items() if entry.status & 0x08]
-    assert raised == ["motor-supply-low"]
 
 
 @pytest.mark.parametrize(
@@ -155,9 +145,7 @@ def with_phases(samples, names="abc"):
 
 @pytest.mark.parametrize("names", ["abc", "ab"])
 def test_two_or_three_phase_currents_are_as_good_as_their_vector(names):
-    found = diagnose(
-        Recording(with_phases(FAULT_FREE().samples, names)), "motor-bench", "motor-angle", spread=False
-    ).findings[0]
+    found = finding(Recording(with_phases(FAULT_FREE().samples, names)), spread=False)
     assert found.status is Status.HEALTHY
     assert found.evidence == pytest.approx(finding(FAULT_FREE().samples).evidence, rel=1e-6)
 
@@ -166,5 +154,5 @@ def test_phase_currents_that_do_not_add_up_are_named():
     channels = with_phases(FAULT_FREE().samples)
     third = channels["motor_current_c"]
     channels["motor_current_c"] = replace(third, values=third.values + 5.0)
-    found = diagnose(Recording(channels), "motor-bench", "motor-angle").findings[0]
+    found = finding(Recording(channels))
     assert found.cause == "the phase currents do not add up to zero"

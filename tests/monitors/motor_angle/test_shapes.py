@@ -10,6 +10,7 @@ import pytest
 from rich.console import Console
 
 from exact_vehicle import diagnose
+from monitors.motor_angle import monitored
 from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, changed, recording
 from said import estimated, said
 from tierod.core.findings import Status
@@ -129,7 +130,7 @@ def test_an_error_from_the_start_is_dated_with_the_first_comparison():
 def test_an_offset_that_disturbed_the_observer_is_lasting(degrees, tmp_path):
     """It jumped beside a slow motor, before the sensor is compared: only currents and voltages agree again."""
     samples, path = drive(42, 9.0, offset(degrees), 2.0).samples, tmp_path / "memory.json"
-    (found,) = diagnose(recording(samples), "motor-bench", "motor-angle", memory=path).findings
+    found = monitored.finding(samples, memory=path)
     assert found.evidence["model_alarm_from_s"] < found.evidence["angle_alarm_from_s"]
     assert "for a moment" not in said(found)
     assert math.degrees(found.estimate.value) == pytest.approx(degrees, abs=0.1)
@@ -140,7 +141,7 @@ def test_an_offset_that_disturbed_the_observer_is_lasting(degrees, tmp_path):
 
 def test_a_contradiction_after_which_the_motor_stands_is_not_said_to_be_over():
     samples = drive(42, 9.0, offset(5.0), 2.0).samples[:50_000]
-    (found,) = diagnose(recording(samples), "motor-bench", "motor-angle").findings
+    found = monitored.finding(samples)
     assert "agree again" not in found.cause
     assert "too little since then to show whether the zero of the angle sensor has moved" in found.cause
 

@@ -7,8 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from exact_vehicle import diagnose
-from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, changed, recording
+from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, changed, finding
 from tierod.monitors.motor_angle.balance import AS_RECORDED, FITS, READINGS, InducedVoltage, VoltageBalance
 from tierod.vehicles import load
 from tierod_lab.papers.motor_angle.bench import RATE
@@ -144,7 +143,6 @@ def test_a_motor_that_stands_still_says_nothing():
 @pytest.mark.parametrize("factor", [-1.0, 2.0])
 def test_a_target_that_is_wrong_is_named_where_the_sensor_is_confirmed(factor):
     target = FAULT_FREE().samples[:, COLUMN["target_motor_angle_mechanical"]]
-    samples = changed(target_motor_angle_mechanical=factor * target)
-    found = diagnose(recording(samples), "motor-bench", "motor-angle").findings[0]
+    found = finding(changed(target_motor_angle_mechanical=factor * target))
     assert "target_motor_angle_mechanical" in found.cause
     assert "confirm the sensor" in found.cause
