@@ -22,8 +22,9 @@ BA_ "VFrameFormat" BO_ 2364540158 3;
 
 def decoded(tmp_path, signal: str, payloads: list[str], kind: str = KIND, names: str = "") -> list[float]:
     """The values of one signal of a message that another sender than that of the database sends."""
-    (tmp_path / "car.dbc").write_text(HEADER + f"BO_ 2364540158 EEC1: 8 A\n SG_ S : {signal} B\n{kind}{names}")
-    identifier = "18F00400" if kind else "0CF004FE"
+    number = 2364540158 if kind else 2364539904
+    (tmp_path / "car.dbc").write_text(HEADER + f"BO_ {number} EEC1: 8 A\n SG_ S : {signal} B\n{kind}{names}")
+    identifier = "18F00400" if kind else "0CF00400"
     lines = (f"({k}.0) can0 {identifier}#{payload}\n" for k, payload in enumerate(payloads))
     (tmp_path / "drive.log").write_text("".join(lines))
     return read(tmp_path / "drive.log", dbc=tmp_path / "car.dbc")["EEC1.S"].values.tolist()
@@ -36,6 +37,10 @@ def expected(values: list[float | None]):
 def test_a_parameter_group_matches_any_sender_and_priority(tmp_path):
     values = decoded(tmp_path, '24|16@1+ (0.125,0) [0|8031.875] "rpm"', ["000000401F", "000000FFFF", "00000000FE"])
     assert values == expected([1000.0, None, None])
+
+
+def test_the_null_address_in_every_identifier_tells_j1939_without_its_attribute(tmp_path):
+    assert decoded(tmp_path, '0|8@1+ (1,0) [0|0] ""', ["FA", "FF"], kind="\n") == expected([250, None])
 
 
 def test_parameter_groups():

@@ -9,14 +9,15 @@ import numpy as np
 
 from tierod.core.errors import InputError
 from tierod.io.readers.content import Content, whole_lines
-from tierod.io.readers.frames import EXTENDED, Frames, Log, Remembered, bus_number, only_notes, stacked
+from tierod.io.readers.frames import EXTENDED, Frames, Log, Remembered, bus_number, only_notes
 from tierod.io.readers.source import Format, text_begin
 
 LINE = re.compile(rb"^\(\d+\.\d+\) +\S+ +[0-9A-Fa-f]{3,8}#", re.MULTILINE)
 
 # Eighteen digits fit into 64 bits. After "##" and its flags comes a payload of CAN FD, after "#R" none.
 _LINE = re.compile(
-    rb"^\((\d{1,18})\.(\d{1,18})\) +(\S+) +([0-9A-Fa-f]{3,8})#(?:#.)?((?:[0-9A-Fa-f]{2}){0,64}|R\w*)(?: [RT])?[ \r]*$",
+    rb"^\((\d{1,18})\.(\d{1,18})\) +(\S++) +([\dA-Fa-f]{3,8}+)#(?:#[\dA-Fa-f])?"
+    rb"((?:[\dA-Fa-f]{2}){0,64}+|R\w*)(?: [RT])?[ \r]*$",
     re.MULTILINE,
 )
 # As printed: "(1600000000.000100)  can0  RX - -  123   [2]  01 02   '..'"; without -t it has no time
@@ -43,19 +44,25 @@ def frames_of(blocks: Iterable[bytes]) -> Iterator[Frames]:
         rows = [row for row in rows if row[4][:1] != b"R" and row[3] not in errors]
         if not rows:
             continue
-        seconds, fraction, bus, identifier, data = zip(*rows, strict=True)
+        # By columns, and whatever repeats by a table of its few values: Python's time per frame decides here.
+        seconds, fraction, bus, identifier, data = ([row[k] for row in rows] for k in range(5))
         # Seconds and fraction are subtracted apart, so that the large calendar time takes no digit of the fraction.
-        whole = np.fromiter(map(int, seconds), float, len(rows))
-        part = np.fromiter(map(int, fraction), float, len(rows)) / 10.0 ** np.fromiter(map(len, fraction), float)
+        whole = _mapped({text: int(text) for text in set(seconds)}, seconds, float)
+        part = np.fromiter(map(int, fraction), float) / 10.0 ** np.fromiter(map(len, fraction), float)
         first = first or (float(whole[0]), float(part[0]))
-        # There are few names of buses and messages, however long the log is.
         buses = {name: bus_number(names, name) for name in dict.fromkeys(bus)}
         known = {name: int(name, 16) & _ID | (EXTENDED if len(name) > 3 else 0) for name in set(identifier)}
-        frames = stacked(
+        length = np.fromiter(map(len, data), int) // 2
+        payload = np.zeros((len(data), max(8, int(length.max()))), dtype=np.uint8)
+        payload[np.arange(payload.shape[1]) < length[:, None]] = np.frombuffer(
+            bytes.fromhex(b"".join(data).decode("ascii")), dtype=np.uint8
+        )
+        frames = Frames(
             (whole - first[0]) + (part - first[1]),
-            list(map(known.__getitem__, identifier)),
-            list(map(buses.__getitem__, bus)),
-            list(map(bytes.fromhex, b" ".join(data).decode("ascii").split(" "))),
+            _mapped(known, identifier, np.uint32),
+            _mapped(buses, bus, np.uint16),
+            payload,
+            length,
             tuple(name.decode("latin-1") for name in names),
             first[0] + first[1],
         )
@@ -73,7 +80,7 @@ def _as_logged(blocks: Iterable[bytes]) -> Iterator[bytes]:
     deltas: bool | None = None
     now = 0.0
     for block in blocks:
-        printed = _PRINTED.findall(block)
+        printed = _PRINTED.findall(block) if b"[" in block else []
         if not printed:
             yield block
             continue
@@ -92,6 +99,10 @@ def _as_logged(blocks: Iterable[bytes]) -> Iterator[bytes]:
             return b"(%s) %s %s#%s" % (next(times), found[2], found[3], data)
 
         yield _PRINTED.sub(line, block)
+
+
+def _mapped(numbers: dict[bytes, int], names: list[bytes], kind: type) -> np.ndarray:
+    return np.fromiter(map(numbers.__getitem__, names), kind, len(names))
 
 
 def _log(content: Content, _: object) -> Log:
