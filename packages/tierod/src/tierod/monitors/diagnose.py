@@ -13,7 +13,6 @@ import numpy as np
 from tierod.core.errors import InputError
 from tierod.core.findings import Diagnosis, Status
 from tierod.core.recording import Channel, Recording
-from tierod.io.writers import require_writable, write
 from tierod.monitors.harness.acceptance import refusals, taken
 from tierod.monitors.harness.baseline import Baseline, keep_first, load_baseline
 from tierod.monitors.harness.named_vehicle import vehicle_named_in
@@ -72,6 +71,8 @@ def diagnose(
             variant given, and the monitor has no default
     """
     if signals is not None:
+        from tierod.io.writers import require_writable, write  # few diagnoses write signals
+
         require_writable(signals)
     named = vehicle_named_in(source, dbc, channel_map) if vehicle is None else vehicle
     car = named if isinstance(named, Vehicle) else load(named)
