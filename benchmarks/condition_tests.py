@@ -15,8 +15,7 @@ from tierod_lab.papers.condition.runs import BEST, calibrations, scores
 from tierod_lab.studies.effort import Effort
 
 VEHICLE = 1
-HOURS = 100.0
-"""Hours of fault-free driving in the thorough study [h]."""
+HOURS = 100.0  # Hours of fault-free driving in the thorough study [h]
 
 
 class Took(NamedTuple):

@@ -19,16 +19,13 @@ from tierod.vehicles import load
 from tierod_lab.papers.friction.presets import printed
 from tierod_lab.papers.friction.refined import FrictionSample
 
-STEPS = 500_000
-"""Samples of one recording: 83 minutes at 100 Hz."""
+STEPS = 500_000  # Samples of one recording: 83 minutes at 100 Hz
 
-LANE_STEPS = 1_000
-"""Samples per tile: ten seconds at 100 Hz."""
+LANE_STEPS = 1_000  # Samples per tile: ten seconds at 100 Hz
 
 REPEATS = 9
 
-ALLOCATIONS = 4
-"""Number of memory allocations of the tiles, whose location changes the time of a lane by a tenth."""
+ALLOCATIONS = 4  # Number of memory allocations of the tiles, whose location changes the time of a lane by a tenth
 
 
 @dataclass(frozen=True)

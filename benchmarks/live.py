@@ -100,11 +100,9 @@ def used() -> float:
     return time.process_time()
 
 
-LONG = 2.0
-"""Judging period of a computer with little to spare [s]."""
+LONG = 2.0  # Judging period of a computer with little to spare [s]
 
-BEGUN = 75.0
-"""Time of a drive after which all monitors are active; the driver torque monitor waits for a minute [s]."""
+BEGUN = 75.0  # Time of a drive after which all monitors are active; the driver torque monitor waits for a minute [s]
 
 
 def share(folder: Path, rate: float = 2000.0, seconds: float = 150.0) -> None:

@@ -36,11 +36,9 @@ SIGNALS = {
 
 FORMATS = ("parquet", "csv", "csv.gz", "mf4", "log", "log.gz", "asc", "blf", "mat")
 
-_STEP = 36_000
-"""Samples generated at a time."""
+_STEP = 36_000  # Samples generated at a time
 
-_SCALE = 1e-3
-"""Physical value of one bit in a CAN signal."""
+_SCALE = 1e-3  # Physical value of one bit in a CAN signal
 
 _MESSAGES = (tuple(SIGNALS)[:4], tuple(SIGNALS)[4:])
 

@@ -21,14 +21,12 @@ SAMPLE_TIME = 250e-6
 RESISTANCE, ALONG, ACROSS, FLUX, PAIRS, INERTIA = 3.6, 0.036, 0.051, 0.545, 3, 0.015
 """Parameters of motulator's permanent-magnet machine, example "2.2-kW PMSM" [SI units]."""
 
-SUPPLY, TORQUE = 540.0, 14.0
-"""Supply voltage of the converter [V], and rated torque of the machine [N*m]."""
+SUPPLY, TORQUE = 540.0, 14.0  # Supply voltage of the converter [V], and rated torque of the machine [N*m]
 
 COURSE = (0.0, 0.05, -0.02, 0.1, -0.05, 0.02, -0.1, 0.0)
 """Speeds, per unit of 75 Hz, each for `HELD`, with 40 % of the rated torque in the second half of each."""
 
-HELD, SETTLED = 0.8, 0.2
-"""Duration of each speed, and settling time after each change that is not evaluated [s]."""
+HELD, SETTLED = 0.8, 0.2  # Duration of each speed, and settling time after each change that is not evaluated [s]
 
 CURRENT_NOISE, ANGLE_NOISE = 0.02, 5e-4
 """Noise added to the currents of both observers [A], and to the sensor that initialises ours [rad]."""
@@ -46,26 +44,18 @@ TUNING = MotorAngleTuning(
 )
 """Tuning for a machine of 540 V and 4.3 A, chosen on a different course with different noise."""
 
-WARM = 1.2
-"""Ratio of the machine's resistance to that assumed by both observers."""
+WARM = 1.2  # Ratio of the machine's resistance to that assumed by both observers
 
 
 class Drive(NamedTuple):
-    """Measurements, with vectors as complex numbers, and the true angle.
+    """Measurements, with vectors as complex numbers, and the true angle."""
 
-    Args:
-        time: of the samples [s]
-        current: in stator coordinates [A]
-        voltage: mean over the preceding sampling interval [V]
-        realised: voltage input of motulator's observer: mean of this interval's and the next one's voltage [V]
-        angle: true electrical angle [rad]
-    """
-
-    time: np.ndarray
-    current: np.ndarray
-    voltage: np.ndarray
+    time: np.ndarray  # of the samples [s]
+    current: np.ndarray  # in stator coordinates [A]
+    voltage: np.ndarray  # mean over the preceding sampling interval [V]
+    # voltage input of motulator's observer: mean of this interval's and the next one's voltage [V]
     realised: np.ndarray
-    angle: np.ndarray
+    angle: np.ndarray  # true electrical angle [rad]
 
 
 def _machine(factor: float = 1.0):

@@ -54,8 +54,7 @@ def _run(peer: Any, samples: np.ndarray, *functions: Any) -> tuple[np.ndarray, f
     return found, time.perf_counter() - start
 
 
-SETTLE = 20_000
-"""Steps until the gain of the augmented filter has converged to seven digits."""
+SETTLE = 20_000  # Steps until the gain of the augmented filter has converged to seven digits
 
 
 class BankOfConstantGains:
@@ -172,8 +171,7 @@ def _friction_peer(block: KalmanFilter, A: np.ndarray, B: np.ndarray) -> Any:
     return Peer
 
 
-STEP = 1e-5
-"""Step of the numerical differences, in states with a magnitude of one."""
+STEP = 1e-5  # Step of the numerical differences, in states with a magnitude of one
 
 
 class ByDifferences:

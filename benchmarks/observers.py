@@ -20,34 +20,25 @@ from tierod.vehicles import load
 from tierod_lab.papers.column.column_friction import ColumnFrictionObserver
 from tierod_lab.papers.column.swept_bench import swept
 
-STEPS = 40_000
-"""Samples of one run."""
+STEPS = 40_000  # Samples of one run
 
-PEER_STEPS = 1_500
-"""Samples of the peer's run, all of which are compared unless `compared` is smaller."""
+PEER_STEPS = 1_500  # Samples of the peer's run, all of which are compared unless `compared` is smaller
 
 PEER_REPEATS, REPEATS = 3, 7
 
 
 @dataclasses.dataclass(frozen=True)
 class Comparison:
-    """One estimator and the equivalent peer.
+    """One estimator and the equivalent peer."""
 
-    Args:
-        name: of the table row
-        samples: input of our estimator, (n, inputs)
-        peer: returns estimates (m, states) for given samples, and the duration without its construction [s]
-        states: our outputs that correspond to the peer's estimates
-        tolerance: relative tolerance of the comparison
-        compared: number of compared samples; with stick-slip friction, the two kinds of Jacobians diverge in time
-    """
-
-    name: str
+    name: str  # of the table row
     block: Block
-    samples: np.ndarray
+    samples: np.ndarray  # input of our estimator, (n, inputs)
+    # returns estimates (m, states) for given samples, and the duration without its construction [s]
     peer: Callable[[np.ndarray], tuple[np.ndarray, float]]
-    states: tuple[str, ...]
-    tolerance: float = 1e-6
+    states: tuple[str, ...]  # our outputs that correspond to the peer's estimates
+    tolerance: float = 1e-6  # relative tolerance of the comparison
+    # number of compared samples; with stick-slip friction, the two kinds of Jacobians diverge in time
     compared: int = PEER_STEPS
 
 
@@ -100,8 +91,7 @@ def _means(states: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(f"mean.{name}" for name in states)
 
 
-RATE = 0.01
-"""Sample time of the sideslip estimator [s]."""
+RATE = 0.01  # Sample time of the sideslip estimator [s]
 
 
 def sideslip_comparisons() -> list[Comparison]:

@@ -27,18 +27,12 @@ _TABLE = 'name = "given"\ndescription = "With a fault or without."\n'
 
 
 class Case(NamedTuple):
-    """A monitor, and the drives on which it is run.
+    """A monitor, and the drives on which it is run."""
 
-    Args:
-        monitor, vehicle: names
-        drive: scenario table without its name
-        faults: fault tables, one per further drive, by the name of their row
-    """
-
-    monitor: str
+    monitor: str  # monitor, vehicle: names
     vehicle: str
-    drive: str
-    faults: dict[str, str]
+    drive: str  # scenario table without its name
+    faults: dict[str, str]  # fault tables, one per further drive, by the name of their row
 
 
 _BENCH = 'car = "motor-bench"\nseconds = "31 s"\n[course]\nname = "bench-sweep"\ntime = "31 s"\namplitude = "0.5 N*m"\n'

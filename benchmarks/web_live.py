@@ -32,11 +32,9 @@ KNOWN = (
     ("lateral_acceleration", 0.001, "m/s**2"), ("vehicle_speed", 0.01, "m/s"),
 )  # fmt: skip
 
-ROOM = 600.0
-"""Time in which the page fills its memory for samples [s]."""
+ROOM = 600.0  # Time in which the page fills its memory for samples [s]
 
-TURN = 60.0
-"""Period after which the clock on the bus wraps around [s]."""
+TURN = 60.0  # Period after which the clock on the bus wraps around [s]
 
 
 def main() -> int:

@@ -17,10 +17,8 @@ ROOT = Path(__file__).resolve().parents[1]
 BUDGET = ROOT / "budget.toml"
 
 SOURCE = {".py", ".js", ".css", ".j2", ".html", ".c", ".h", ".sh"}
-SLACK = 0.03
-"""Share by which a folder may lie below its budget before the budget has to follow."""
-SMALL = 60
-"""Lines, or words by hundreds, below which a difference does not matter."""
+SLACK = 0.03  # Share by which a folder may lie below its budget before the budget has to follow
+SMALL = 60  # Lines, or words by hundreds, below which a difference does not matter
 
 
 def folders() -> list[str]:

@@ -17,8 +17,7 @@ from docs_text import table
 from tierod_lab.studies.registry import STUDIES
 
 STUDY_PAGES = Path(__file__).resolve().parent.parent / "docs" / "reference" / "studies"
-Claim = Mapping[str, Any]
-"""Entry of claims.json."""
+Claim = Mapping[str, Any]  # Entry of claims.json
 
 IRREPRODUCIBLE = "does not come out"
 CAUSES = (

@@ -91,11 +91,9 @@ BENCH = load("column-bench").parameters_for(BenchParameters)
 GAIN = tuple(tuple(0.3 * (row == column) for column in range(3)) for row in range(5))
 """Of a stable observer of three measured states among five."""
 
-COLUMN = TwoInertiaParameters(0.035, 0.23, 132.0, 18.0, 1.6e-4, 1.5e-3)
-"""Two inertias on a spring."""
+COLUMN = TwoInertiaParameters(0.035, 0.23, 132.0, 18.0, 1.6e-4, 1.5e-3)  # Two inertias on a spring
 
-BASES = {"EachSignal", "SteeringTorqueObserver"}
-"""What several blocks share; they are exercised through those."""
+BASES = {"EachSignal", "SteeringTorqueObserver"}  # What several blocks share; they are exercised through those
 
 SET_UPS = {"AlarmWatch", "ClosedLoop", "EnergyAudit", "Replay", "SweptBench"}
 """A plant with what watches or drives it, of one campaign of a paper."""
@@ -118,8 +116,7 @@ def _rules():
     return rule_monitor(DEMONSTRATOR, ResidualCalibration(Coefficients(), limits, {}, 0))
 
 
-MOTOR = load("motor-bench").parameters_for(SampledMotorParameters)
-"""Of the bench, sampled at 10 kHz."""
+MOTOR = load("motor-bench").parameters_for(SampledMotorParameters)  # Of the bench, sampled at 10 kHz
 DQ_MOTOR = load("motor-bench").parameters_for(DqMotorParameters)
 
 BY_WIRE = load("steer-by-wire").parameters_for(SteeredVehicle.Parameters)

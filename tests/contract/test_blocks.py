@@ -45,8 +45,7 @@ def compiled_in_a_moment():
     printed.cache_clear()
 
 
-printed = lru_cache(maxsize=None)(print_c)
-"""C of a graph, printed once."""
+printed = lru_cache(maxsize=None)(print_c)  # C of a graph, printed once
 
 
 def blocks() -> list[type]:

@@ -35,8 +35,7 @@ LAYERS = (
 )
 """Highest first; neighbours in one layer may use each other."""
 
-FRONT = ROOT / "__init__.py"
-"""Names everything for users, and imports nothing before it is used."""
+FRONT = ROOT / "__init__.py"  # Names everything for users, and imports nothing before it is used
 
 GROUND = "lab.ground"
 GROUND_USES = {GROUND, "physics", "core.graph", "vehicles", "core"}

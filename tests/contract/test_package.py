@@ -66,8 +66,7 @@ def test_every_exported_name_exists():
     assert not absent
 
 
-SAME_UNIT = "unit of the signal"
-"""What a block says that works on any signal, such as a low-pass or a stopping rule."""
+SAME_UNIT = "unit of the signal"  # What a block says that works on any signal, such as a low-pass or a stopping rule
 
 
 def tuned():

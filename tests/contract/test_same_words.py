@@ -40,13 +40,11 @@ LOOKS = {
 }
 """Symbol and colour of every status, the worst first."""
 
-COLOURS = {"31": BAD, "32": GOOD, "33": WATCH, "36": OPEN}
-"""Colours by the codes of a terminal."""
+COLOURS = {"31": BAD, "32": GOOD, "33": WATCH, "36": OPEN}  # Colours by the codes of a terminal
 
 EXIT_CODES = {"fault": 1, "rising": 1, "suspect": 1, "inconsistent": 1, "estimated": 0, "consistent": 0, "healthy": 0}
 
-Looks = tuple[str, str, str]
-"""Word, symbol and colour."""
+Looks = tuple[str, str, str]  # Word, symbol and colour
 
 
 @pytest.fixture(autouse=True)

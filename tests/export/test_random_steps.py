@@ -14,10 +14,8 @@ from tierod.export import c_source
 from tierod.export.cut_printer import CutPrinter
 
 STEPS = 40
-TOGETHER = 10
-"""Steps that are compiled into one library."""
-MANY = 300
-"""Steps of each compiler and option: some minutes for all."""
+TOGETHER = 10  # Steps that are compiled into one library
+MANY = 300  # Steps of each compiler and option: some minutes for all
 
 
 def wrong_seeds(seeds, folder, compiler, flags, **options):

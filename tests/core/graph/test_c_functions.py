@@ -26,8 +26,7 @@ KINDS = {
     "float": ("#define TIEROD_FLOAT32\n", np.float32),
 }
 RANDOM = np.random.default_rng(5)
-COUNT = 200
-"""Arguments of each function, kind and range: mpmath takes some 50 us each."""
+COUNT = 200  # Arguments of each function, kind and range: mpmath takes some 50 us each
 
 
 @cache

@@ -10,8 +10,7 @@ from tierod.core.recording import Channel, Recording
 from tierod.models.stator_frame_motor import MotorParameters
 
 STEP = 1e-4
-FILE = MotorParameters(0.05, 1e-4, 0.0085, 4.0, 1.2e-4, 4e-4)
-"""What a vehicle file would say."""
+FILE = MotorParameters(0.05, 1e-4, 0.0085, 4.0, 1.2e-4, 4e-4)  # What a vehicle file would say
 
 
 @dataclass(frozen=True)

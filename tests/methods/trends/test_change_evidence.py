@@ -14,8 +14,7 @@ from tierod.methods.trends.fleet_alarms import alarm_level
 
 NOISE = TrendNoise(level_walk=0.0, slope_walk=0.0, scatter=0.1, scale=1e-6, clip=1e9)
 PRIOR = Prior(np.array([4.0, 0.0]), np.diag([0.3**2, 1e-5**2]))
-NEVER = 1e-12
-"""Share of wrong drives with which the statistic is that of Gaussian ones."""
+NEVER = 1e-12  # Share of wrong drives with which the statistic is that of Gaussian ones
 CHANGES = Changes(step=0.5, ramp=0.01, wrong=NEVER, beginnings=8)
 
 

@@ -44,13 +44,9 @@ def _distinct(eigenvalues: np.ndarray) -> list[complex]:
 
 
 class Rank(NamedTuple):
-    """Rank of a matrix, with the singular values and the tolerance that decide it.
+    """Rank of a matrix, with the singular values and the tolerance that decide it."""
 
-    Args:
-        rank: number of singular values above the tolerance
-    """
-
-    rank: int
+    rank: int  # number of singular values above the tolerance
     tolerance: float
     singular_values: np.ndarray
 

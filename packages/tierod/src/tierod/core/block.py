@@ -28,14 +28,12 @@ from typing import (
 
 from typing_extensions import TypeVar  # supports defaults: a bare `Block` is a block of anything
 
-Scalar: TypeAlias = float
-"""A number inside a block: a float, or a symbol while the block is traced."""
+Scalar: TypeAlias = float  # A number inside a block: a float, or a symbol while the block is traced
 
 Truth: TypeAlias = bool | float
 """A condition: True or 1.0 where it holds, False or 0.0 where not; a comparison of two `Scalar` gives one."""
 
-Tree: TypeAlias = Any
-"""A scalar, or a (named) tuple of trees."""
+Tree: TypeAlias = Any  # A scalar, or a (named) tuple of trees
 
 T = TypeVar("T")
 State = TypeVar("State", default=Any)

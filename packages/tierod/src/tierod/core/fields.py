@@ -16,15 +16,11 @@ from tierod.core.errors import ParameterError
 
 
 class Range(NamedTuple):
-    """Range of valid values, in the unit of the annotation.
-
-    Args:
-        open_low: whether the lower limit itself is excluded
-    """
+    """Range of valid values, in the unit of the annotation."""
 
     low: float = -math.inf
     high: float = math.inf
-    open_low: bool = False
+    open_low: bool = False  # whether the lower limit itself is excluded
 
     def holds(self, value: float) -> bool:
         """Whether a number is finite and lies inside."""
@@ -46,16 +42,11 @@ COUNT = Range(1.0)
 
 
 class Meaning(NamedTuple):
-    """Unit and range of an annotation.
-
-    Args:
-        unit: unit in the notation of pint; None where the annotation has none
-        limits: range of valid values; None where any value is valid
-    """
+    """Unit and range of an annotation."""
 
     hint: Any
-    unit: str | None
-    limits: Range | None
+    unit: str | None  # unit in the notation of pint; None where the annotation has none
+    limits: Range | None  # range of valid values; None where any value is valid
 
 
 class Number(NamedTuple):

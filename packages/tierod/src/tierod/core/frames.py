@@ -21,11 +21,9 @@ if TYPE_CHECKING:
     import pyarrow as pa
     import xarray
 
-TIME = "time"
-"""Name of the column, index or coordinate of the time stamps [s]."""
+TIME = "time"  # Name of the column, index or coordinate of the time stamps [s]
 
-KEY = "tierod"
-"""Key in the metadata of a table under which units, sources and notes are kept."""
+KEY = "tierod"  # Key in the metadata of a table under which units, sources and notes are kept
 
 
 class Column(NamedTuple):

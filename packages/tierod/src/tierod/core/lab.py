@@ -15,8 +15,7 @@ if TYPE_CHECKING:
 PACKAGE = "tierod-lab"
 GROUP = "tierod.lab"
 
-VERBS = ("campaign", "scenarios", "simulate", "study")
-"""Verbs that the package adds to the command line."""
+VERBS = ("campaign", "scenarios", "simulate", "study")  # Verbs that the package adds to the command line
 
 
 @cache

@@ -13,8 +13,7 @@ from typing import Any, TypeAlias
 
 from tierod.core.errors import ParameterError
 
-Model: TypeAlias = Any
-"""The class of a model; the shapes of any model are known only at run time, as those of a `Tree`."""
+Model: TypeAlias = Any  # The class of a model; the shapes of any model are known only at run time, as those of a `Tree`
 
 
 def require_discrete(model: Model) -> None:

@@ -6,27 +6,19 @@ import html
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-ROWS = 20
-"""Largest number of table rows that a screen shows."""
+ROWS = 20  # Largest number of table rows that a screen shows
 
-WIDEST = 60
-"""Largest number of characters of a cell."""
+WIDEST = 60  # Largest number of characters of a cell
 
 
 @dataclass(frozen=True)
 class Screen:
-    """Display of an object.
-
-    Args:
-        lines: below it; empty ones are left out
-        header: header of a table; empty without a table
-        rows: rows of the table, of which the first `ROWS` are shown
-    """
+    """Display of an object."""
 
     title: str
-    lines: tuple[str, ...] = ()
-    header: tuple[str, ...] = ()
-    rows: Sequence[tuple[str, ...]] = ()
+    lines: tuple[str, ...] = ()  # below it; empty ones are left out
+    header: tuple[str, ...] = ()  # header of a table; empty without a table
+    rows: Sequence[tuple[str, ...]] = ()  # rows of the table, of which the first `ROWS` are shown
 
     def text(self) -> str:
         table = [self.header, *self._cells()] if self.rows else []

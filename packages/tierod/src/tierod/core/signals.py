@@ -17,23 +17,15 @@ from tierod.core.units import COUNT, scale
 
 @dataclass(frozen=True)
 class Signal:
-    """One canonical signal.
+    """One canonical signal."""
 
-    Args:
-        name: in words, as used in every public signature
-        unit: SI, in the notation of pint ("rad/s", "N*m", "m/s**2"); "" for a number without unit
-        plausible: the range that a fault-free road vehicle can reach, in the unit
-        aliases: names found in recordings, matched without regard to case and punctuation
-        group: heading under which the nomenclature lists it
-    """
-
-    name: str
-    unit: str
+    name: str  # in words, as used in every public signature
+    unit: str  # SI, in the notation of pint ("rad/s", "N*m", "m/s**2"); "" for a number without unit
     meaning: str
     positive: str = ""
-    plausible: tuple[float, float] = (-inf, inf)
-    aliases: tuple[str, ...] = ()
-    group: str = ""
+    plausible: tuple[float, float] = (-inf, inf)  # the range that a fault-free road vehicle can reach, in the unit
+    aliases: tuple[str, ...] = ()  # names found in recordings, matched without regard to case and punctuation
+    group: str = ""  # heading under which the nomenclature lists it
 
 
 Row = tuple[str, str, str, str, tuple[float, float], str]

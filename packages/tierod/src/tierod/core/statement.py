@@ -21,23 +21,16 @@ def code_of(status: Status) -> float:
 
 
 class Statement(NamedTuple):
-    """Statement of a monitor about one sensor, actuator or quantity at one sample.
+    """Statement of a monitor about one sensor, actuator or quantity at one sample."""
 
-    Args:
-        status: code in `STATUSES`
-        since: time from the start of the run at which the evidence for the status began; negative where it holds
-            throughout or is not known
-        kind: number of the kind of fault in the monitor's catalogue of kinds; 0 where there is none, or it is not
-            identifiable
-        magnitude: fault magnitude, or the estimate itself where the monitor estimates one quantity, in the unit that
-            the monitor declares for the kind; 0 where there is none, since no block may hold a NaN constant
-        deviation: standard deviation of the magnitude, in its unit; 0 where there is none
-        evidence: decision statistic relative to its threshold: the decision falls at 1
-    """
-
-    status: Annotated[Scalar, ""]
+    status: Annotated[Scalar, ""]  # code in `STATUSES`
+    # time from the start of the run at which the evidence for the status began; negative where it holds throughout or
+    # is not known
     since: Annotated[Scalar, "s"]
+    # number of the kind of fault in the monitor's catalogue of kinds; 0 where there is none, or it is not identifiable
     kind: Annotated[Scalar, ""]
+    # fault magnitude, or the estimate itself where the monitor estimates one quantity, in the unit that the monitor
+    # declares for the kind; 0 where there is none, since no block may hold a NaN constant
     magnitude: Annotated[Scalar, ""]
-    deviation: Annotated[Scalar, ""]
-    evidence: Annotated[Scalar, ""]
+    deviation: Annotated[Scalar, ""]  # standard deviation of the magnitude, in its unit; 0 where there is none
+    evidence: Annotated[Scalar, ""]  # decision statistic relative to its threshold: the decision falls at 1

@@ -13,8 +13,7 @@ from typing import Any
 
 from tierod.core.errors import InputError, nearest
 
-COUNT = "count"
-"""Unit of a raw value that is not calibrated."""
+COUNT = "count"  # Unit of a raw value that is not calibrated
 
 
 @dataclass(frozen=True)
@@ -92,8 +91,7 @@ _SCALES = {
 }
 
 
-LONGEST = 80
-"""Largest number of characters of a unit: a longer text is no unit, and would take long to parse."""
+LONGEST = 80  # Largest number of characters of a unit: a longer text is no unit, and would take long to parse
 
 _LONGEST_TITLE = 1000
 
@@ -240,14 +238,10 @@ def _scale_by_pint(given: str, wanted: str) -> Scale:
 
 @dataclass(frozen=True)
 class Dimensions:
-    """A unit in terms of SI base units and the radian: value in these = factor * value.
-
-    Args:
-        exponents: exponents by symbol: kg, m, s, A, K, mol, cd, rad
-    """
+    """A unit in terms of SI base units and the radian: value in these = factor * value."""
 
     factor: float
-    exponents: dict[str, int]
+    exponents: dict[str, int]  # exponents by symbol: kg, m, s, A, K, mol, cd, rad
 
 
 _SYMBOLS = {

@@ -87,8 +87,7 @@ def _rows(beyond: float) -> str:
     )
 
 
-BITS = 32
-"""Bits of the mask of valid inputs."""
+BITS = 32  # Bits of the mask of valid inputs
 
 
 def files(face: Interface, vectors: Vectors) -> Mapping[str, str]:

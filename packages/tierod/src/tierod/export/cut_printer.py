@@ -12,8 +12,7 @@ from tierod.export.segments import LONGEST, Layout, Segment, layout, soon_taken
 from tierod.export.statements import Body, StatementPrinter
 from tierod.export.storage import Clock
 
-_PLAIN = re.compile(r"[\w.>\[\]-]+")
-"""C code of an input that is a plain struct member."""
+_PLAIN = re.compile(r"[\w.>\[\]-]+")  # C code of an input that is a plain struct member
 
 
 class CutPrinter(StatementPrinter):

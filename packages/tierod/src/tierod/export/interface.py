@@ -26,16 +26,11 @@ _OWN = re.compile(r"\btierod_(\w+)\(")
 
 @dataclass(frozen=True)
 class Spelling:
-    """Names and literals of one export.
+    """Names and literals of one export."""
 
-    Args:
-        prefix: of all names ("tierod_friction")
-        fused: whether multiply-add is always rounded once, even if the target has no instruction for it
-    """
-
-    prefix: str
+    prefix: str  # of all names ("tierod_friction")
     precision: Precision
-    fused: bool = False
+    fused: bool = False  # whether multiply-add is always rounded once, even if the target has no instruction for it
 
     @property
     def real(self) -> str:
@@ -71,24 +66,17 @@ class Spelling:
 
 STATUS = "status"
 
-PARAMETER = 4
-"""Group of the parameters in programs that run once, where parameters are inputs like others."""
+PARAMETER = 4  # Group of the parameters in programs that run once, where parameters are inputs like others
 
 
 @dataclass(frozen=True)
 class Options:
-    """Options of an export.
-
-    Args:
-        validity: whether a mask marks the valid inputs, in place of NaN
-        libm: whether functions such as the sine come from the C library, rather than the kernels' own
-        fused: whether multiply-add is always rounded once, even if the target has no instruction for it
-    """
+    """Options of an export."""
 
     precision: Precision = "single"
-    validity: bool = False
-    libm: bool = True
-    fused: bool = False
+    validity: bool = False  # whether a mask marks the valid inputs, in place of NaN
+    libm: bool = True  # whether functions such as the sine come from the C library, rather than the kernels' own
+    fused: bool = False  # whether multiply-add is always rounded once, even if the target has no instruction for it
 
 
 @dataclass(frozen=True)

@@ -12,23 +12,19 @@ from itertools import count
 
 from tierod.core.graph.operations import Condition, Program
 
-FEWEST = 2
-"""Fewest operations and reads that a branch must save."""
+FEWEST = 2  # Fewest operations and reads that a branch must save
 
 SELECTIONS = ("select", "if")
 
 
 @dataclass(frozen=True)
 class Nested:
-    """Selections with a common condition.
-
-    Args:
-        chosen: number of every selection -> its values for a true and for a false condition; None for zero
-        sides: operations needed only for a true and only for a false condition, in order
-    """
+    """Selections with a common condition."""
 
     condition: int
+    # number of every selection -> its values for a true and for a false condition; None for zero
     chosen: Mapping[int, tuple[int | None, int | None]]
+    # operations needed only for a true and only for a false condition, in order
     sides: tuple[tuple[int, ...], tuple[int, ...]]
 
 

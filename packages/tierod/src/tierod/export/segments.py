@@ -85,43 +85,30 @@ LONGEST = 80
 A step of the friction monitor needs 3 % more instructions on a Cortex-M7 with 60, and 1 % more with 120, because values
 cross functions or do not fit into registers."""
 
-Target = tuple[int, int]
-"""(group, position) of an output of the program."""
+Target = tuple[int, int]  # (group, position) of an output of the program
 
 
 @dataclass(frozen=True)
 class Segment:
-    """Operations that one function computes together.
+    """Operations that one function computes together."""
 
-    Args:
-        condition: that enables them; None if they are always executed
-        operations: numbers of the operations in order, without inputs and constants
-        stores: outputs of the program that are stored after them
-    """
-
-    condition: Condition | None
-    operations: tuple[int, ...]
-    stores: tuple[Target, ...] = ()
+    condition: Condition | None  # that enables them; None if they are always executed
+    operations: tuple[int, ...]  # numbers of the operations in order, without inputs and constants
+    stores: tuple[Target, ...] = ()  # outputs of the program that are stored after them
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Segments in order, and storage of the values that more than one of them uses.
-
-    Args:
-        slots: value -> element of the scratch array of its kind
-        read_back: value -> output of the program that already holds it, so that it needs no scratch element
-        sizes: of the scratch arrays of numbers and of logical values
-    """
+    """Segments in order, and storage of the values that more than one of them uses."""
 
     segments: tuple[Segment, ...]
-    slots: dict[int, int]
+    slots: dict[int, int]  # value -> element of the scratch array of its kind
+    # value -> output of the program that already holds it, so that it needs no scratch element
     read_back: dict[int, Target]
-    sizes: tuple[int, int]
+    sizes: tuple[int, int]  # of the scratch arrays of numbers and of logical values
 
 
-Needs = Mapping[Target, Set[int]]
-"""Values that the store of each output uses."""
+Needs = Mapping[Target, Set[int]]  # Values that the store of each output uses
 
 
 def layout(

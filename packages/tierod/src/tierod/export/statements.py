@@ -12,8 +12,7 @@ from tierod.export.interface import Spelling
 from tierod.export.nested import Nested
 from tierod.export.storage import Clock, added, is_own
 
-Group = tuple[int, int]
-"""(group, position) of an input or output."""
+Group = tuple[int, int]  # (group, position) of an input or output
 
 Gathered = Callable[[Sequence[int], str], str | None]
 """C code of one of several inputs, given their positions and C code of the index; None where none is possible."""
@@ -21,19 +20,13 @@ Gathered = Callable[[Sequence[int], str], str | None]
 
 @dataclass(frozen=True)
 class Reach:
-    """C code of the inputs and outputs of a program.
+    """C code of the inputs and outputs of a program."""
 
-    Args:
-        taken: C code of an input, by group and position
-        carried: C code of a value that depends on parameters only, by its slot
-        types: C type of an output that is not a plain number
-    """
-
-    taken: Callable[[Group], str]
+    taken: Callable[[Group], str]  # C code of an input, by group and position
     given: Callable[[Group], str]
-    carried: Callable[[int], str]
+    carried: Callable[[int], str]  # C code of a value that depends on parameters only, by its slot
     notes: Mapping[Group, str]
-    types: Mapping[Group, str]
+    types: Mapping[Group, str]  # C type of an output that is not a plain number
 
 
 @dataclass(frozen=True)

@@ -19,25 +19,17 @@ from tierod.export.subject import identifier
 
 
 class Clock(NamedTuple):
-    """A state that counts steps.
+    """A state that counts steps."""
 
-    Args:
-        step: number of the value added per step, which depends on the tuning only
-    """
-
-    step: int
+    step: int  # number of the value added per step, which depends on the tuning only
     next: int
 
 
 class Added(NamedTuple):
-    """Increment of a state by a value.
-
-    Args:
-        condition: number of the value that enables the increment; None for an unconditional one
-    """
+    """Increment of a state by a value."""
 
     step: int
-    condition: int | None
+    condition: int | None  # number of the value that enables the increment; None for an unconditional one
 
 
 def clocks(program: Program, initial: Program) -> dict[int, Clock]:
@@ -128,17 +120,12 @@ class Line:
 
 @dataclass(frozen=True)
 class Lines:
-    """All delay lines of a step.
-
-    Args:
-        home: position of a delay line of the graph -> number of its array, and its row
-        kept: positions of the longest delay line of each row, which contains the others
-    """
+    """All delay lines of a step."""
 
     arrays: tuple[Line, ...]
-    home: Mapping[int, tuple[int, int]]
+    home: Mapping[int, tuple[int, int]]  # position of a delay line of the graph -> number of its array, and its row
     delays: tuple[int, ...]
-    kept: frozenset[int]
+    kept: frozenset[int]  # positions of the longest delay line of each row, which contains the others
 
     def read(self, position: int) -> str:
         """C code of the oldest number of a delay line of the graph."""

@@ -31,18 +31,12 @@ _ENTRY = re.compile(r"^    (\w+(?:, \w+)*): (.*)$")
 
 
 class Described(NamedTuple):
-    """Description of a number.
-
-    Args:
-        unit: in the notation of pint; "" for none
-        meaning: description in words; "" if unknown
-        limits: range in words; "" for any value
-    """
+    """Description of a number."""
 
     path: str
-    unit: str = ""
-    meaning: str = ""
-    limits: str = ""
+    unit: str = ""  # in the notation of pint; "" for none
+    meaning: str = ""  # description in words; "" if unknown
+    limits: str = ""  # range in words; "" for any value
     holder: str = ""
 
 
@@ -144,16 +138,11 @@ KEYWORDS = frozenset(_WORDS.split())
 
 
 class Member(NamedTuple):
-    """A member of a struct.
-
-    Args:
-        shape: of the array; () for a single number
-        places: positions of its numbers in the flat order, row by row
-    """
+    """A member of a struct."""
 
     name: str
-    shape: tuple[int, ...]
-    places: tuple[int, ...]
+    shape: tuple[int, ...]  # of the array; () for a single number
+    places: tuple[int, ...]  # positions of its numbers in the flat order, row by row
 
     @property
     def declarator(self) -> str:
@@ -236,24 +225,18 @@ def _distinct(found: Sequence[Member]) -> list[Member]:
 
 @dataclass(frozen=True)
 class Subject:
-    """A monitor for one vehicle.
+    """A monitor for one vehicle."""
 
-    Args:
-        name: C identifier with which all names begin, without "tierod_"
-        vehicle: name of the vehicle whose parameters are used
-        rate: sampling rate [Hz]
-        sample, state, output, tuning: descriptions of all numbers, in the order of the graph; for a bank the states of
-            its judge
-    """
-
-    name: str
+    name: str  # C identifier with which all names begin, without "tierod_"
     title: str
     monitor: str
     variant: str
-    vehicle: str
-    rate: float
+    vehicle: str  # name of the vehicle whose parameters are used
+    rate: float  # sampling rate [Hz]
     block: Any
     graph: Any
+    # sample, state, output, tuning: descriptions of all numbers, in the order of the graph; for a bank the states of
+    # its judge
     sample: tuple[Described, ...]
     state: tuple[Described, ...]
     output: tuple[Described, ...]

@@ -54,10 +54,8 @@ def inputs_from(subject: Subject, vehicle: Vehicle, source: Recording | str | Pa
 
 
 SEED = 20261123
-SHARE: Annotated[float, ""] = 0.3
-"""Share of the plausible range in which a signal usually stays."""
-UNBOUNDED: Annotated[float, ""] = 10.0
-"""Bound of a signal without a plausible range, in its unit."""
+SHARE: Annotated[float, ""] = 0.3  # Share of the plausible range in which a signal usually stays
+UNBOUNDED: Annotated[float, ""] = 10.0  # Bound of a signal without a plausible range, in its unit
 STEPS_BETWEEN_GAPS = 400
 LONGEST_GAP = 120
 """Longest gap [samples]; longer than signals are held, so that the recovery from a missing signal is reached too."""
@@ -70,8 +68,7 @@ FEWEST = 1_000
 
 SANITIZED_WORK: Annotated[float, ""] = 0.7e9
 """Operations that all samples with sanitizers may take; there a step of a bank takes 20 ms."""
-MOST_SANITIZED = 500_000
-"""Largest number of samples that run with sanitizers."""
+MOST_SANITIZED = 500_000  # Largest number of samples that run with sanitizers
 
 
 def affordable(subject: Subject, most: int, work: float = WORK) -> int:
@@ -160,11 +157,9 @@ def altered_inputs(inputs: np.ndarray, count: int) -> Iterator[np.ndarray]:
             yield values
 
 
-FACTORS = (-1.0, 0.2, 4.0)
-"""Factors of the changed signal of an altered drive."""
+FACTORS = (-1.0, 0.2, 4.0)  # Factors of the changed signal of an altered drive
 
-DISTURBED_EVERY = 1500
-"""Interval between two failures [samples]."""
+DISTURBED_EVERY = 1500  # Interval between two failures [samples]
 
 
 def _failed(generator: np.random.Generator, given: np.ndarray, spread: float) -> np.ndarray:
@@ -183,10 +178,8 @@ def _failed(generator: np.random.Generator, given: np.ndarray, spread: float) ->
     return np.asarray(kinds[int(generator.integers(len(kinds)))]())
 
 
-STEPS = 10_000
-"""Steps of the test vectors of an export; with their outputs about 2 MB of text."""
-SPACING = 10
-"""Steps between two rows of expected outputs."""
+STEPS = 10_000  # Steps of the test vectors of an export; with their outputs about 2 MB of text
+SPACING = 10  # Steps between two rows of expected outputs
 
 TOLERANCE: Annotated[dict[str, float], ""] = {"double": 1e-6, "single": 1e-2}
 """Permitted difference as a share of an output's range: for double precision the effect of rounding in filters, for
@@ -197,17 +190,11 @@ ROWS_BEYOND: Annotated[dict[str, float], ""] = {"double": 0.0, "single": 0.005}
 
 @dataclass(frozen=True)
 class Vectors:
-    """Inputs, and outputs at regular intervals.
+    """Inputs, and outputs at regular intervals."""
 
-    Args:
-        inputs: (steps, inputs); single-precision numbers, so that they are equal in both precisions
-        outputs: (rows, outputs) of the steps 0, `SPACING`, ...
-        source: description of the origin of the inputs
-    """
-
-    inputs: np.ndarray
-    outputs: np.ndarray
-    source: str
+    inputs: np.ndarray  # (steps, inputs); single-precision numbers, so that they are equal in both precisions
+    outputs: np.ndarray  # (rows, outputs) of the steps 0, `SPACING`, ...
+    source: str  # description of the origin of the inputs
 
     @property
     def ranges(self) -> np.ndarray:

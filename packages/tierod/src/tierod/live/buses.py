@@ -30,17 +30,14 @@ if TYPE_CHECKING:
 FIRST, LONGEST = 0.2, 5.0
 """Initial and longest pause before a lost bus is opened again; it doubles from one attempt to the next [s]."""
 
-WAIT = 0.2
-"""Longest time that one receive call waits for a frame [s]."""
+WAIT = 0.2  # Longest time that one receive call waits for a frame [s]
 
 BUFFER: Annotated[int, "byte"] = 1 << 23
 """Size of the receive buffer requested from the operating system: some seconds of a busy bus."""
 
-_FORCED = 33
-"""SO_RCVBUFFORCE of Linux: a receive buffer beyond the usual limit, for privileged processes."""
+_FORCED = 33  # SO_RCVBUFFORCE of Linux: a receive buffer beyond the usual limit, for privileged processes
 
-_MULTICAST_ALL = 49
-"""IP_MULTICAST_ALL of Linux, for which Python has no name."""
+_MULTICAST_ALL = 49  # IP_MULTICAST_ALL of Linux, for which Python has no name
 
 MOST_DROPPED = 10_000
 """Largest number of datagrams dropped that arrived before IP_MULTICAST_ALL was set; bounds the loop on a busy bus."""
@@ -57,15 +54,11 @@ Option = bool | int | float | str
 
 @dataclass(frozen=True)
 class Address:
-    """Address of a bus.
-
-    Args:
-        bitrate: bit rate of a classic bus; None keeps the setting of the driver
-    """
+    """Address of a bus."""
 
     interface: str
     channel: str
-    bitrate: Annotated[int, "bit/s"] | None = None
+    bitrate: Annotated[int, "bit/s"] | None = None  # bit rate of a classic bus; None keeps the setting of the driver
     fd: bool = False
     options: Mapping[str, Any] = field(default_factory=dict)
 
@@ -256,11 +249,9 @@ class Receiver(threading.Thread):
             self._close()
 
 
-MOST, SECONDS = 25_000, 0.005
-"""Largest number of frames in a batch, and period of the batches [s]."""
+MOST, SECONDS = 25_000, 0.005  # Largest number of frames in a batch, and period of the batches [s]
 
-PATIENCE = 20.0
-"""Time allowed for the bus to open [s]."""
+PATIENCE = 20.0  # Time allowed for the bus to open [s]
 
 
 class ProcessReceiver:

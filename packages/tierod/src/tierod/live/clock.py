@@ -14,28 +14,18 @@ from tierod.io.readers.frames import Frames, identifier_text, messages
 
 
 class Frame(NamedTuple):
-    """Frame as a bus delivered it.
+    """Frame as a bus delivered it."""
 
-    Args:
-        time: time stamp of the bus; after `DriveClock.placed` the time in the drive
-        identifier: identifier, with the bit EXTENDED set for 29 bits
-        bus: number of the bus, from 1
-    """
-
-    time: Annotated[float, "s"]
-    identifier: int
-    bus: int
+    time: Annotated[float, "s"]  # time stamp of the bus; after `DriveClock.placed` the time in the drive
+    identifier: int  # identifier, with the bit EXTENDED set for 29 bits
+    bus: int  # number of the bus, from 1
     data: bytes
 
 
 class Notice(NamedTuple):
-    """Event on a bus: "lost", "back", "error frame" or "ended".
+    """Event on a bus: "lost", "back", "error frame" or "ended"."""
 
-    Args:
-        bus: number of the bus, from 1
-    """
-
-    bus: int
+    bus: int  # number of the bus, from 1
     what: str
     text: str
 
@@ -64,16 +54,13 @@ def frames_of(parts: Sequence[Frame], origin: float) -> Frames:
 
 @dataclass(frozen=True)
 class ClockTuning:
-    """Limits beyond which a time difference counts as a jump of the clock.
+    """Limits beyond which a time difference counts as a jump of the clock."""
 
-    Args:
-        back: a stamp earlier than the newest by more is a jump; by less, a frame out of order, which a log can sort
-        ahead: a stamp is a jump if it advanced by this much more than the computer's clock did
-        apart: a bus whose first stamp deviates by more from the other buses has a clock of its own
-    """
-
+    # a stamp earlier than the newest by more is a jump; by less, a frame out of order, which a log can sort
     back: Annotated[float, "s"] = 0.3
+    # a stamp is a jump if it advanced by this much more than the computer's clock did
     ahead: Annotated[float, "s"] = 5.0
+    # a bus whose first stamp deviates by more from the other buses has a clock of its own
     apart: Annotated[float, "s"] = 2.0
 
 
@@ -149,16 +136,14 @@ class DriveClock:
         return made
 
 
-_SETTLING = 20
-"""Number of gaps between frames after which the learnt period is used."""
+_SETTLING = 20  # Number of gaps between frames after which the learnt period is used
 
 _SPREAD, _MOST = 0.3, 0.7
 """Relative spread around the median gap, and the share of gaps that must lie within it for a message to be periodic;
 lost frames are counted for periodic messages only, not for bursts.
 """
 
-NAMED = 4
-"""Number of messages named in a sentence about messages that fell silent together."""
+NAMED = 4  # Number of messages named in a sentence about messages that fell silent together
 
 
 @dataclass

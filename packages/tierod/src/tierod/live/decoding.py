@@ -19,8 +19,7 @@ from tierod.vehicles.reading import Map, read_by
 if TYPE_CHECKING:
     from cantools.database.can import Message, Signal
 
-NAMED = 3
-"""Number of messages that a sentence names; further ones are counted only."""
+NAMED = 3  # Number of messages that a sentence names; further ones are counted only
 
 
 class BusFiles(NamedTuple):

@@ -24,35 +24,26 @@ if TYPE_CHECKING:
 
     from tierod.report.html import Origin
 
-MOST = 10_000
-"""Largest number of frames processed at once; the rest waits for the next one."""
+MOST = 10_000  # Largest number of frames processed at once; the rest waits for the next one
 
-SAID = (1, 10, 100, 1000)
-"""Numbers of error frames at which a notice is reported."""
+SAID = (1, 10, 100, 1000)  # Numbers of error frames at which a notice is reported
 
-USUAL: Annotated[int, "bit/s"] = 500_000
-"""Bit rate of most vehicle buses, assumed if none was given."""
+USUAL: Annotated[int, "bit/s"] = 500_000  # Bit rate of most vehicle buses, assumed if none was given
 
 STANDARD, LONG = 47, 67
 """Bits of a frame beside its payload, including the interframe space, with 11-bit and 29-bit identifiers."""
 
-STUFFED = 1.1
-"""Average factor of bit stuffing: the sender inserts a bit after five equal ones, a fifth more at most."""
+STUFFED = 1.1  # Average factor of bit stuffing: the sender inserts a bit after five equal ones, a fifth more at most
 
-SPAN: Annotated[float, "s"] = 1.0
-"""Time over which frames and bits are counted."""
+SPAN: Annotated[float, "s"] = 1.0  # Time over which frames and bits are counted
 
 
 @dataclass(frozen=True)
 class Load:
-    """Load of one bus.
-
-    Args:
-        load: bits per second as a share of the bit rate
-    """
+    """Load of one bus."""
 
     frames: Annotated[float, "1/s"]
-    load: float
+    load: float  # bits per second as a share of the bit rate
     rate: str
 
 
@@ -158,14 +149,11 @@ def _monitor(each: Shown, delay: float) -> dict[str, Any]:
     }
 
 
-TICK = 0.01
-"""Pause of the main loop, in which received frames are logged and pieces are begun [s]."""
+TICK = 0.01  # Pause of the main loop, in which received frames are logged and pieces are begun [s]
 
-STATED = 1.0
-"""Period of the events with the state of the drive [s]."""
+STATED = 1.0  # Period of the events with the state of the drive [s]
 
-SILENT = 5.0
-"""Time without a frame after which the bus is reported as silent [s]."""
+SILENT = 5.0  # Time without a frame after which the bus is reported as silent [s]
 
 
 class Drive:

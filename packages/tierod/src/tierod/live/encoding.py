@@ -25,27 +25,21 @@ from tierod.live.clock import Frame
 if TYPE_CHECKING:
     from cantools.database.can import Message
 
-Conversion = Callable[[np.ndarray], np.ndarray]
-"""Conversion of a column's values into the physical values of a signal."""
+Conversion = Callable[[np.ndarray], np.ndarray]  # Conversion of a column's values into the physical values of a signal
 
-NAMED = 5
-"""Number of signals that a remark names; the others are counted."""
+NAMED = 5  # Number of signals that a remark names; the others are counted
 
 
 @dataclass
 class Differences:
-    """What the frames do not carry as the recording has it, by signal or message.
+    """What the frames do not carry as the recording has it, by signal or message."""
 
-    Args:
-        limited: number of values beyond the range of the signal's bits, which are sent as its limit
-        missing: number of frames that are not sent while this signal of them is missing
-        refused: number of frames that the database cannot encode
-        absent: signals that the recording lacks; they are sent with a constant value
-    """
-
+    # number of values beyond the range of the signal's bits, which are sent as its limit
     limited: Counter[str] = field(default_factory=Counter)
+    # number of frames that are not sent while this signal of them is missing
     missing: Counter[str] = field(default_factory=Counter)
-    refused: Counter[str] = field(default_factory=Counter)
+    refused: Counter[str] = field(default_factory=Counter)  # number of frames that the database cannot encode
+    # signals that the recording lacks; they are sent with a constant value
     absent: list[str] = field(default_factory=list)
 
     def sentences(self) -> tuple[str, ...]:

@@ -28,25 +28,19 @@ if TYPE_CHECKING:
     from tierod.live.log import FrameLog
     from tierod.monitors.harness.memory import MemoryFeed
 
-Say = Callable[[str, Mapping[str, Any]], None]
-"""Function that receives an event: its kind and its content."""
+Say = Callable[[str, Mapping[str, Any]], None]  # Function that receives an event: its kind and its content
 
 
 @dataclass(frozen=True)
 class Pace:
-    """Periods and waiting times of the live engine.
+    """Periods and waiting times of the live engine."""
 
-    Args:
-        period: length of a piece that is judged; each piece costs a monitor some milliseconds
-        order: frames that arrive later than this behind newer ones are not judged
-        listening: time before the first judgement, in which the frames on the buses are registered
-        oldest: age beyond which a signal is reported as missing
-    """
-
+    # length of a piece that is judged; each piece costs a monitor some milliseconds
     period: Annotated[float, "s"] = 0.5
-    order: Annotated[float, "s"] = 0.3
+    order: Annotated[float, "s"] = 0.3  # frames that arrive later than this behind newer ones are not judged
+    # time before the first judgement, in which the frames on the buses are registered
     listening: Annotated[float, "s"] = 3.0
-    oldest: Annotated[float, "s"] = 0.5
+    oldest: Annotated[float, "s"] = 0.5  # age beyond which a signal is reported as missing
 
 
 PACE = Pace()
@@ -65,16 +59,11 @@ class _Stream:
 
 @dataclass(frozen=True)
 class Piece:
-    """Frames that are judged together.
-
-    Args:
-        until: end of the piece in the time of the drive [s]
-        rest: whether this is the last piece of the drive
-    """
+    """Frames that are judged together."""
 
     frames: Sequence[Frame]
-    until: float
-    rest: bool
+    until: float  # end of the piece in the time of the drive [s]
+    rest: bool  # whether this is the last piece of the drive
     log: str
 
 

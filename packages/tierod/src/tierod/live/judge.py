@@ -19,8 +19,7 @@ from tierod.monitors.run import Ended, Run, channels_of
 from tierod.monitors.runner import find
 from tierod.vehicles import Vehicle
 
-HISTORY, SPACING = 24, 2.0
-"""Number of past values of each estimate kept for the terminal, and time between them [s]."""
+HISTORY, SPACING = 24, 2.0  # Number of past values of each estimate kept for the terminal, and time between them [s]
 
 BINS = 4096
 """Smallest number of bins of a trace: twice what a page shows at once, in memory that does not grow with the drive."""
@@ -28,40 +27,26 @@ BINS = 4096
 
 @dataclass(frozen=True)
 class Plan:
-    """Settings by which monitors are run.
-
-    Args:
-        memory: file of the fault memory; None for none
-        baselines: folder with the baseline of each monitor, as NAME.json; None for none
-        reading: options with which `tierod diagnose` reads a log of the drive
-    """
+    """Settings by which monitors are run."""
 
     vehicle: Vehicle
-    memory: Path | None = None
-    baselines: Path | None = None
+    memory: Path | None = None  # file of the fault memory; None for none
+    baselines: Path | None = None  # folder with the baseline of each monitor, as NAME.json; None for none
     command: str = ""
-    reading: tuple[str, ...] = ()
+    reading: tuple[str, ...] = ()  # options with which `tierod diagnose` reads a log of the drive
 
 
 @dataclass(frozen=True)
 class Shown:
-    """Displayed state of a monitor.
-
-    Args:
-        status: status of its current verdict; not available or not ready before it runs
-        since: time in the drive at which the status began [s]
-        reason: why it does not run; "" if it runs
-        values: newest value of every estimate, by name
-        enabled: share of the last piece in which it learnt; NaN where it does not report it
-    """
+    """Displayed state of a monitor."""
 
     monitor: str
-    status: Status
-    since: float
-    reason: str
-    values: Mapping[str, float] = field(default_factory=dict)
+    status: Status  # status of its current verdict; not available or not ready before it runs
+    since: float  # time in the drive at which the status began [s]
+    reason: str  # why it does not run; "" if it runs
+    values: Mapping[str, float] = field(default_factory=dict)  # newest value of every estimate, by name
     units: Mapping[str, str] = field(default_factory=dict)
-    enabled: float = math.nan
+    enabled: float = math.nan  # share of the last piece in which it learnt; NaN where it does not report it
     history: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
 

@@ -30,8 +30,7 @@ _FIELDS = (
 
 _LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
 _CODES = {length: code for code, length in enumerate(_LENGTHS)}
-_PAYLOAD = 17
-"""Byte offset of the payload in a record."""
+_PAYLOAD = 17  # Byte offset of the payload in a record
 
 
 class _Blocks:

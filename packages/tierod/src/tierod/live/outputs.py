@@ -33,18 +33,13 @@ Results = tuple[np.ndarray, dict[str, np.ndarray], dict[str, np.ndarray]]
 
 @dataclass(frozen=True)
 class Outputs:
-    """Paths of a session's results.
+    """Paths of a session's results."""
 
-    Args:
-        log: MF4 file of all frames; "-2" is appended to the name for the second drive
-        silence: time without a frame after which the drive has ended; infinite for a single drive
-        ignition: column of the databases ("Message.Signal") whose zero ends the drive; "" for none
-    """
-
-    log: Path | None = None
+    log: Path | None = None  # MF4 file of all frames; "-2" is appended to the name for the second drive
     report: Path | None = None
+    # time without a frame after which the drive has ended; infinite for a single drive
     silence: Annotated[float, "s"] = 30.0
-    ignition: str = ""
+    ignition: str = ""  # column of the databases ("Message.Signal") whose zero ends the drive; "" for none
     width: int = 8
 
 

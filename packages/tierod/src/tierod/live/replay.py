@@ -23,27 +23,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Disturbance:
-    """Disturbances of the transmission, drawn from a seeded generator.
-
-    Args:
-        jitter: standard deviation of the normal distribution whose magnitude is the delay of a frame
-        reordered: share of frames that are delayed by 20 ms, two periods of 10 ms
-        bus_off: mean rate of bus-off states, half a second each
-    """
+    """Disturbances of the transmission, drawn from a seeded generator."""
 
     seed: int = 0
     loss: float = 0.0
     doubled: float = 0.0
+    # standard deviation of the normal distribution whose magnitude is the delay of a frame
     jitter: Annotated[float, "s"] = 0.0
-    reordered: float = 0.0
-    bus_off: Annotated[float, "1/min"] = 0.0
+    reordered: float = 0.0  # share of frames that are delayed by 20 ms, two periods of 10 ms
+    bus_off: Annotated[float, "1/min"] = 0.0  # mean rate of bus-off states, half a second each
 
 
-OFF: Annotated[float, "s"] = 0.5
-"""Duration of a bus-off state."""
+OFF: Annotated[float, "s"] = 0.5  # Duration of a bus-off state
 
-HELD: Annotated[float, "s"] = 0.02
-"""Delay of a reordered frame."""
+HELD: Annotated[float, "s"] = 0.02  # Delay of a reordered frame
 
 
 @dataclass

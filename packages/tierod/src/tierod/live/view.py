@@ -20,11 +20,9 @@ if TYPE_CHECKING:
 
 KEYS = "m mark   p pause   q end"
 
-OLDEST_SHOWN = 4
-"""Number of signals whose age is shown, the oldest first."""
+OLDEST_SHOWN = 4  # Number of signals whose age is shown, the oldest first
 
-LATE = 0.5
-"""Delay of a verdict from which it is shown [s]."""
+LATE = 0.5  # Delay of a verdict from which it is shown [s]
 
 _BARS, _WIDTH = "▁▂▃▄▅▆▇█", 24
 

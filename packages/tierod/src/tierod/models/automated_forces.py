@@ -96,23 +96,16 @@ class AutomatedParameters:
 
 @dataclass(frozen=True)
 class Fading:
-    """Correlation times of the unknown states, which return to zero.
+    """Correlation times of the unknown states, which return to zero."""
 
-    Args:
-        force: of the errors of the axle forces; about the duration of a bend
-        tie_rod: of the error of the tie-rod force
-        loss: of the torque loss of an actuator
-        offset: of the offsets of yaw rate and angle, and of the difference of the wheel speeds
-        share: of the scales of wheel speeds and drives; load and tyres change between drives, and hardly in a drive
-        road: of grade and bank
-    """
-
-    force: Annotated[float, "s"] = 0.9
-    tie_rod: Annotated[float, "s"] = 0.6
-    loss: Annotated[float, "s"] = 4.0
+    force: Annotated[float, "s"] = 0.9  # of the errors of the axle forces; about the duration of a bend
+    tie_rod: Annotated[float, "s"] = 0.6  # of the error of the tie-rod force
+    loss: Annotated[float, "s"] = 4.0  # of the torque loss of an actuator
+    # of the offsets of yaw rate and angle, and of the difference of the wheel speeds
     offset: Annotated[float, "s"] = 600.0
+    # of the scales of wheel speeds and drives; load and tyres change between drives, and hardly in a drive
     share: Annotated[float, "s"] = 3600.0
-    road: Annotated[float, "s"] = 6.0
+    road: Annotated[float, "s"] = 6.0  # of grade and bank
 
 
 class AutomatedState(NamedTuple):
@@ -146,10 +139,8 @@ class AutomatedState(NamedTuple):
     drive_excess: Annotated[float, ""]
 
 
-CRAWL = 0.5
-"""Added to the speed in denominators; at this speed rolling resistance has half of its value [m/s]."""
-LEAST_ACROSS = 0.3
-"""Smallest share of the friction that is left for the lateral force under drive forces [-]."""
+CRAWL = 0.5  # Added to the speed in denominators; at this speed rolling resistance has half of its value [m/s]
+LEAST_ACROSS = 0.3  # Smallest share of the friction that is left for the lateral force under drive forces [-]
 
 
 class Torques(NamedTuple):
@@ -162,20 +153,13 @@ class Torques(NamedTuple):
 
 
 class Forces(NamedTuple):
-    """Forces on the car in a state.
+    """Forces on the car in a state."""
 
-    Args:
-        front, rear: lateral forces across the body [N]
-        along: longitudinal force of tyres, rolling resistance and air [N]
-        drive_difference: drive force on the right less that on the left [N]
-        kingpin: torque about both kingpins that the tie rods balance, without model error [N*m]
-    """
-
-    front: Scalar
+    front: Scalar  # front, rear: lateral forces across the body [N]
     rear: Scalar
-    along: Scalar
-    drive_difference: Scalar
-    kingpin: Scalar
+    along: Scalar  # longitudinal force of tyres, rolling resistance and air [N]
+    drive_difference: Scalar  # drive force on the right less that on the left [N]
+    kingpin: Scalar  # torque about both kingpins that the tie rods balance, without model error [N*m]
 
 
 def direction(x: AutomatedState, p: AutomatedParameters) -> tuple[Scalar, Scalar]:

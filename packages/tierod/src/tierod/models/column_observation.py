@@ -14,8 +14,7 @@ from tierod.core.model import Model
 from tierod.models.linear import LinearSystem, Matrices, as_model, linearise, sampled
 from tierod.models.steering_column import ColumnInput, ColumnOutput
 
-DERIVATIVES = ("", "_rate", "_acceleration")
-"""Suffixes of the state names of an input and its derivatives."""
+DERIVATIVES = ("", "_rate", "_acceleration")  # Suffixes of the state names of an input and its derivatives
 
 
 def with_disturbance_states(system: LinearSystem, orders: Mapping[str, int]) -> LinearSystem:

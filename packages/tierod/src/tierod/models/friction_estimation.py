@@ -137,12 +137,9 @@ class FrictionParameters:
 
 @dataclass(frozen=True)
 class SmoothFrictionParameters(FrictionParameters):
-    """Parameters of the model with smoothed friction.
+    """Parameters of the model with smoothed friction."""
 
-    Args:
-        smoothing_rate: rate at which tanh reaches 76 % [rad/s]: 0.02 is sharp, 0.05 compensates for pre-sliding
-    """
-
+    # rate at which tanh reaches 76 % [rad/s]: 0.02 is sharp, 0.05 compensates for pre-sliding
     smoothing_rate: Annotated[float, "rad/s"] = 0.02
 
 

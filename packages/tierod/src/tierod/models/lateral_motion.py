@@ -36,8 +36,7 @@ from tierod.physics.single_track import front_axle_load, lateral_acceleration, l
 
 SLOWEST = 0.1
 """Smallest rolling speed in the relaxation of a tyre [m/s], which keeps its steady deflection finite at standstill."""
-LEAST_LOAD = 0.2
-"""Smallest load of an axle over its static load, whatever the acceleration [-]."""
+LEAST_LOAD = 0.2  # Smallest load of an axle over its static load, whatever the acceleration [-]
 _MOST = 2.0
 
 

@@ -103,19 +103,12 @@ def sampled_model(model: Model, method: str, transition: Callable[[Tree, Tree, T
 
 @dataclass(frozen=True, eq=False)
 class LinearSystem:
-    """A linear system: x' (or the next x) = A x + B u, y = C x + D u.
+    """A linear system: x' (or the next x) = A x + B u, y = C x + D u."""
 
-    Args:
-        A: state matrix, (n, n)
-        B: input matrix, (n, inputs)
-        C: output matrix, (outputs, n)
-        D: feed-through, (outputs, inputs)
-    """
-
-    A: np.ndarray
-    B: np.ndarray
-    C: np.ndarray
-    D: np.ndarray
+    A: np.ndarray  # state matrix, (n, n)
+    B: np.ndarray  # input matrix, (n, inputs)
+    C: np.ndarray  # output matrix, (outputs, n)
+    D: np.ndarray  # feed-through, (outputs, inputs)
     states: tuple[str, ...]
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
@@ -292,16 +285,12 @@ TOLERANCE = 1e-9  # for the scaled system; eigenvalues lose several of the 16 di
 
 
 class Mode(NamedTuple):
-    """One eigenvalue of a system, with the observability of its direction.
-
-    Args:
-        direction: least observable state direction at this eigenvalue, in the states' own units, largest entry 1, (n,)
-        margin: smallest singular value of [A - eigenvalue I; C], both scaled to norm 1: 0 is unobservable
-    """
+    """One eigenvalue of a system, with the observability of its direction."""
 
     eigenvalue: complex
+    # least observable state direction at this eigenvalue, in the states' own units, largest entry 1, (n,)
     direction: np.ndarray
-    margin: float
+    margin: float  # smallest singular value of [A - eigenvalue I; C], both scaled to norm 1: 0 is unobservable
 
     @property
     def number(self) -> str:

@@ -15,27 +15,19 @@ from tierod.core.graph.maths import arctan, exp, maximum, sqrt
 from tierod.physics.planar_motion import lateral_acceleration_of_turning
 from tierod.physics.single_track import lateral_acceleration_at, understeer_gradient
 
-LEAST_SPEED = 1.0
-"""Smallest speed in denominators [m/s]."""
+LEAST_SPEED = 1.0  # Smallest speed in denominators [m/s]
 
 
 @dataclass(frozen=True)
 class Wander:
-    """Correlation times of the unknown states, which return to zero.
+    """Correlation times of the unknown states, which return to zero."""
 
-    Args:
-        turning: of the yaw acceleration; the duration of a steering movement
-        steering: of the deviation of the angle from that of a steady turn
-        slip: of an axle under drive and brake torque; the duration of a pedal movement
-        road: of grade and bank; some hundred metres
-        offset: of sensor offsets and tyre errors; longer than a drive
-    """
-
-    turning: Annotated[float, "s", POSITIVE] = 0.5
-    steering: Annotated[float, "s", POSITIVE] = 0.7
+    turning: Annotated[float, "s", POSITIVE] = 0.5  # of the yaw acceleration; the duration of a steering movement
+    steering: Annotated[float, "s", POSITIVE] = 0.7  # of the deviation of the angle from that of a steady turn
+    # of an axle under drive and brake torque; the duration of a pedal movement
     slip: Annotated[float, "s", POSITIVE] = 0.3
-    road: Annotated[float, "s", POSITIVE] = 8.0
-    offset: Annotated[float, "s", POSITIVE] = 3000.0
+    road: Annotated[float, "s", POSITIVE] = 8.0  # of grade and bank; some hundred metres
+    offset: Annotated[float, "s", POSITIVE] = 3000.0  # of sensor offsets and tyre errors; longer than a drive
 
 
 class RollingCar:

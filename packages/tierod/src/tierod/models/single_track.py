@@ -45,23 +45,14 @@ class SingleTrack:
 
     @dataclass(frozen=True)
     class Parameters:
-        """Mass, geometry and axle stiffness.
+        """Mass, geometry and axle stiffness."""
 
-        Args:
-            mass: of the vehicle [kg]
-            yaw_inertia: about the vertical axis through the centre of gravity [kg m^2]
-            front_distance: centre of gravity to front axle [m]
-            rear_distance: centre of gravity to rear axle [m]
-            front_cornering_stiffness: both front tyres together [N/rad]
-            rear_cornering_stiffness: both rear tyres together [N/rad]
-        """
-
-        mass: Annotated[float, "kg"]
-        yaw_inertia: Annotated[float, "kg*m**2"]
-        front_distance: Annotated[float, "m"]
-        rear_distance: Annotated[float, "m"]
-        front_cornering_stiffness: Annotated[float, "N/rad"]
-        rear_cornering_stiffness: Annotated[float, "N/rad"]
+        mass: Annotated[float, "kg"]  # of the vehicle [kg]
+        yaw_inertia: Annotated[float, "kg*m**2"]  # about the vertical axis through the centre of gravity [kg m^2]
+        front_distance: Annotated[float, "m"]  # centre of gravity to front axle [m]
+        rear_distance: Annotated[float, "m"]  # centre of gravity to rear axle [m]
+        front_cornering_stiffness: Annotated[float, "N/rad"]  # both front tyres together [N/rad]
+        rear_cornering_stiffness: Annotated[float, "N/rad"]  # both rear tyres together [N/rad]
 
     @staticmethod
     def derivative(x: State, u: Input, p: Parameters) -> State:

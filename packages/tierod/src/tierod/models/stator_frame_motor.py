@@ -19,25 +19,15 @@ from tierod.physics.pm_motor import (
 
 @dataclass(frozen=True)
 class MotorParameters:
-    """A permanent-magnet motor, named as in a vehicle file.
+    """A permanent-magnet motor, named as in a vehicle file."""
 
-    Args:
-        motor_resistance: of a phase, R_s [ohm]
-        motor_inductance: of a phase, along the flux, L_sd [H]
-        motor_flux: linkage of the magnets, Psi_p [V s]
-        motor_pole_pairs: z_p [-]
-        motor_inertia: J_M [kg m^2]
-        motor_damping: b_M [N m s/rad]
-        motor_saliency: L_sq over L_sd; None for 1 [-]
-    """
-
-    motor_resistance: Annotated[float, "ohm"]
-    motor_inductance: Annotated[float, "H"]
-    motor_flux: Annotated[float, "V*s"]
-    motor_pole_pairs: Annotated[float, ""]
-    motor_inertia: Annotated[float, "kg*m**2"]
-    motor_damping: Annotated[float, "N*m*s/rad"]
-    motor_saliency: Annotated[float, ""] | None = field(default=None, kw_only=True)
+    motor_resistance: Annotated[float, "ohm"]  # of a phase, R_s [ohm]
+    motor_inductance: Annotated[float, "H"]  # of a phase, along the flux, L_sd [H]
+    motor_flux: Annotated[float, "V*s"]  # linkage of the magnets, Psi_p [V s]
+    motor_pole_pairs: Annotated[float, ""]  # z_p [-]
+    motor_inertia: Annotated[float, "kg*m**2"]  # J_M [kg m^2]
+    motor_damping: Annotated[float, "N*m*s/rad"]  # b_M [N m s/rad]
+    motor_saliency: Annotated[float, ""] | None = field(default=None, kw_only=True)  # L_sq over L_sd; None for 1 [-]
 
     @property
     def inductance_across(self) -> float:
@@ -47,12 +37,9 @@ class MotorParameters:
 
 @dataclass(frozen=True)
 class SampledMotorParameters(MotorParameters):
-    """Parameters of the motor, and the sampling interval.
+    """Parameters of the motor, and the sampling interval."""
 
-    Args:
-        sample_time: of the modulation [s]; a tenth of the electrical time constant or shorter
-    """
-
+    # of the modulation [s]; a tenth of the electrical time constant or shorter
     sample_time: Annotated[float, "s"] = 1e-4
 
 
@@ -154,14 +141,11 @@ def _ahead(
 
 @dataclass(frozen=True, kw_only=True)
 class CommandedMotorParameters(SampledMotorParameters):
-    """A motor, and its inverter.
+    """A motor, and its inverter."""
 
-    Args:
-        inverter_voltage_loss: voltage loss of a phase by dead time and semiconductors, far above the knee [V]
-        inverter_knee_current: current below which the loss of a phase is in proportion to its current [A]
-    """
-
+    # voltage loss of a phase by dead time and semiconductors, far above the knee [V]
     inverter_voltage_loss: Annotated[float, "V"]
+    # current below which the loss of a phase is in proportion to its current [A]
     inverter_knee_current: Annotated[float, "A"]
 
 

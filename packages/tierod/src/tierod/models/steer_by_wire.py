@@ -70,19 +70,13 @@ class SteerByWire:
 
     @dataclass(frozen=True)
     class Parameters:
-        """Inertia, damping and friction, all referred to the road wheels.
+        """Inertia, damping and friction, all referred to the road wheels."""
 
-        Args:
-            road_wheel_inertia: rotor, gear, rack and road wheels together, J_w
-            road_wheel_damping: viscous, b_w
-            road_wheel_friction: level of dry friction, F_w
-            friction_rate: rate of the road wheels at which dry friction has 76 % of its level; a tenth of a usual
-                steering rate, and above the error of an estimated rate
-        """
-
-        road_wheel_inertia: Annotated[float, "kg*m**2"]
-        road_wheel_damping: Annotated[float, "N*m*s/rad"]
-        road_wheel_friction: Annotated[float, "N*m"]
+        road_wheel_inertia: Annotated[float, "kg*m**2"]  # rotor, gear, rack and road wheels together, J_w
+        road_wheel_damping: Annotated[float, "N*m*s/rad"]  # viscous, b_w
+        road_wheel_friction: Annotated[float, "N*m"]  # level of dry friction, F_w
+        # rate of the road wheels at which dry friction has 76 % of its level; a tenth of a usual steering rate, and
+        # above the error of an estimated rate
         friction_rate: Annotated[float, "rad/s"] = 0.02
 
     @staticmethod

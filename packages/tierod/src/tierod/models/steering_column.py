@@ -13,16 +13,11 @@ from tierod.physics.steering_ratio import torsion_bar_torque
 
 
 class ColumnInput(NamedTuple):
-    """Torques on a column.
+    """Torques on a column."""
 
-    Args:
-        motor_torque: electromagnetic torque at the motor's shaft, T_M2
-        hand_torque: of the driver's hands on the steering wheel, T_driver
-        disturbance_torque: opposing torque at the motor's shaft, T_C: dry friction, torque from the rack
-    """
-
-    motor_torque: Annotated[float, "N*m"]
-    hand_torque: Annotated[float, "N*m"]
+    motor_torque: Annotated[float, "N*m"]  # electromagnetic torque at the motor's shaft, T_M2
+    hand_torque: Annotated[float, "N*m"]  # of the driver's hands on the steering wheel, T_driver
+    # opposing torque at the motor's shaft, T_C: dry friction, torque from the rack
     disturbance_torque: Annotated[float, "N*m"]
 
 
@@ -36,27 +31,17 @@ class ColumnOutput(NamedTuple):
 
 @dataclass(frozen=True)
 class ColumnParameters:
-    """A column without rack and road, named as in a vehicle file.
+    """A column without rack and road, named as in a vehicle file."""
 
-    Args:
-        steering_wheel_inertia: J_sw [kg m^2]
-        steering_wheel_damping: beta_sw, to the housing [N m s/rad]
-        torsion_bar_stiffness: k_shaft [N m/rad]
-        motor_ratio: turns of the motor per turn of the shaft, tau [-]
-        gear_stiffness: between motor and gear, at the motor's shaft, k* [N m/rad]
-        gear_inertia: of worm wheel and worm at the steering wheel axis, J_shaft + tau^2 J_worm [kg m^2]
-        motor_inertia: J_M2 [kg m^2]
-        motor_damping: beta_M2 [N m s/rad]
-    """
-
-    steering_wheel_inertia: Annotated[float, "kg*m**2"]
-    steering_wheel_damping: Annotated[float, "N*m*s/rad"]
-    torsion_bar_stiffness: Annotated[float, "N*m/rad"]
-    motor_ratio: Annotated[float, ""]
-    gear_stiffness: Annotated[float, "N*m/rad"]
+    steering_wheel_inertia: Annotated[float, "kg*m**2"]  # J_sw [kg m^2]
+    steering_wheel_damping: Annotated[float, "N*m*s/rad"]  # beta_sw, to the housing [N m s/rad]
+    torsion_bar_stiffness: Annotated[float, "N*m/rad"]  # k_shaft [N m/rad]
+    motor_ratio: Annotated[float, ""]  # turns of the motor per turn of the shaft, tau [-]
+    gear_stiffness: Annotated[float, "N*m/rad"]  # between motor and gear, at the motor's shaft, k* [N m/rad]
+    # of worm wheel and worm at the steering wheel axis, J_shaft + tau^2 J_worm [kg m^2]
     gear_inertia: Annotated[float, "kg*m**2"]
-    motor_inertia: Annotated[float, "kg*m**2"]
-    motor_damping: Annotated[float, "N*m*s/rad"]
+    motor_inertia: Annotated[float, "kg*m**2"]  # J_M2 [kg m^2]
+    motor_damping: Annotated[float, "N*m*s/rad"]  # beta_M2 [N m s/rad]
 
 
 class SteeringColumn:
@@ -106,15 +91,10 @@ class SteeringColumn:
 
 @dataclass(frozen=True)
 class ColumnWithFrictionParameters(ColumnParameters):
-    """A column with dry friction at the motor.
+    """A column with dry friction at the motor."""
 
-    Args:
-        motor_friction: level, at the motor's shaft, T_c [N m]
-        motor_friction_stiffness: initial stiffness of its build-up, sigma [N m/rad]
-    """
-
-    motor_friction: Annotated[float, "N*m"]
-    motor_friction_stiffness: Annotated[float, "N*m/rad"]
+    motor_friction: Annotated[float, "N*m"]  # level, at the motor's shaft, T_c [N m]
+    motor_friction_stiffness: Annotated[float, "N*m/rad"]  # initial stiffness of its build-up, sigma [N m/rad]
 
 
 class ColumnWithFriction:
@@ -163,23 +143,15 @@ SPRINGS = ("series", "torsion bar", "printed")
 
 @dataclass(frozen=True)
 class TwoInertiaParameters:
-    """A column without its gear, with the names of `ColumnParameters`.
+    """A column without its gear, with the names of `ColumnParameters`."""
 
-    Args:
-        steering_wheel_inertia: J_sw [kg m^2]
-        steering_wheel_damping: beta_sw [N m s/rad]
-        stiffness: between steering wheel and motor, at the steering wheel axis, k_shaft_new [N m/rad]
-        motor_ratio: tau [-]
-        motor_inertia: of motor and gear at the motor's shaft, J_M2_new [kg m^2]
-        motor_damping: beta_M2 [N m s/rad]
-    """
-
-    steering_wheel_inertia: Annotated[float, "kg*m**2"]
-    steering_wheel_damping: Annotated[float, "N*m*s/rad"]
+    steering_wheel_inertia: Annotated[float, "kg*m**2"]  # J_sw [kg m^2]
+    steering_wheel_damping: Annotated[float, "N*m*s/rad"]  # beta_sw [N m s/rad]
+    # between steering wheel and motor, at the steering wheel axis, k_shaft_new [N m/rad]
     stiffness: Annotated[float, "N*m/rad"]
-    motor_ratio: Annotated[float, ""]
-    motor_inertia: Annotated[float, "kg*m**2"]
-    motor_damping: Annotated[float, "N*m*s/rad"]
+    motor_ratio: Annotated[float, ""]  # tau [-]
+    motor_inertia: Annotated[float, "kg*m**2"]  # of motor and gear at the motor's shaft, J_M2_new [kg m^2]
+    motor_damping: Annotated[float, "N*m*s/rad"]  # beta_M2 [N m s/rad]
 
 
 class TwoInertiaColumn:

@@ -9,21 +9,13 @@ from typing import Annotated, NamedTuple
 
 @dataclass(frozen=True)
 class SteeringWheelParameters:
-    """A steering wheel and the torque of the hands on it.
+    """A steering wheel and the torque of the hands on it."""
 
-    Args:
-        steering_wheel_inertia: J_sw [kg m^2]
-        steering_wheel_damping: beta_sw, to the housing [N m s/rad]
-        torque_offset: of the measured torque of the bar [N m]
-        inertia_error: true inertia of the wheel less J_sw [kg m^2]
-        correlation_time: of the hands' torque [s]
-    """
-
-    steering_wheel_inertia: Annotated[float, "kg*m**2"]
-    steering_wheel_damping: Annotated[float, "N*m*s/rad"]
-    torque_offset: Annotated[float, "N*m"] = 0.0
-    inertia_error: Annotated[float, "kg*m**2"] = 0.0
-    correlation_time: Annotated[float, "s"] = 0.1
+    steering_wheel_inertia: Annotated[float, "kg*m**2"]  # J_sw [kg m^2]
+    steering_wheel_damping: Annotated[float, "N*m*s/rad"]  # beta_sw, to the housing [N m s/rad]
+    torque_offset: Annotated[float, "N*m"] = 0.0  # of the measured torque of the bar [N m]
+    inertia_error: Annotated[float, "kg*m**2"] = 0.0  # true inertia of the wheel less J_sw [kg m^2]
+    correlation_time: Annotated[float, "s"] = 0.1  # of the hands' torque [s]
 
 
 class SteeringWheel:
@@ -75,20 +67,13 @@ class BelowBarParameters:
     """Constants of the steering, named as in a vehicle file, split at the torsion bar.
 
     The torque in the bar moves the parts below it; the hands overcome inertia and damping of the steering wheel.
-
-    Args:
-        column_inertia: total, at the steering wheel axis [kg m^2]
-        column_damping: total, at the steering wheel axis [N m s/rad]
-        steering_wheel_inertia: part above the bar [kg m^2]
-        steering_wheel_damping: part above the bar [N m s/rad]
-        torsion_bar_stiffness: [N m/rad]; infinite for a rigid bar
     """
 
-    column_inertia: Annotated[float, "kg*m**2"]
-    column_damping: Annotated[float, "N*m*s/rad"]
-    steering_wheel_inertia: Annotated[float, "kg*m**2"] = 0.0
-    steering_wheel_damping: Annotated[float, "N*m*s/rad"] = 0.0
-    torsion_bar_stiffness: Annotated[float, "N*m/rad"] = math.inf
+    column_inertia: Annotated[float, "kg*m**2"]  # total, at the steering wheel axis [kg m^2]
+    column_damping: Annotated[float, "N*m*s/rad"]  # total, at the steering wheel axis [N m s/rad]
+    steering_wheel_inertia: Annotated[float, "kg*m**2"] = 0.0  # part above the bar [kg m^2]
+    steering_wheel_damping: Annotated[float, "N*m*s/rad"] = 0.0  # part above the bar [N m s/rad]
+    torsion_bar_stiffness: Annotated[float, "N*m/rad"] = math.inf  # [N m/rad]; infinite for a rigid bar
 
     @property
     def inertia(self) -> float:

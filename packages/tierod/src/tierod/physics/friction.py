@@ -204,19 +204,13 @@ _CLOSED = 1e-9  # root of a gap that counts as none: friction has reached its le
 
 
 class BuildUp(NamedTuple):
-    """Normalised friction of one law, with its sensitivity to the build-up angle.
+    """Normalised friction of one law, with its sensitivity to the build-up angle."""
 
-    Args:
-        level: friction torque over its full level, h, within -1 to 1 [-]
-        sensitivity: dh / d ln(dahl_angle) [-]
-    """
-
-    level: Scalar
-    sensitivity: Scalar
+    level: Scalar  # friction torque over its full level, h, within -1 to 1 [-]
+    sensitivity: Scalar  # dh / d ln(dahl_angle) [-]
 
 
-RELAXED = BuildUp(0.0, 0.0)
-"""State before the first motion: no friction."""
+RELAXED = BuildUp(0.0, 0.0)  # State before the first motion: no friction
 
 
 def finite_build_up(state: BuildUp, angle_increment: Scalar, dahl_angle: Scalar) -> BuildUp:

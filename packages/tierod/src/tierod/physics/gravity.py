@@ -2,5 +2,4 @@
 
 from __future__ import annotations
 
-GRAVITY = 9.81
-"""Gravitational acceleration [m/s**2], rounded as usual in vehicle dynamics."""
+GRAVITY = 9.81  # Gravitational acceleration [m/s**2], rounded as usual in vehicle dynamics

@@ -13,15 +13,10 @@ below a sampling interval."""
 
 
 class Lagged(NamedTuple):
-    """The output of a lag over a sampling interval.
+    """The output of a lag over a sampling interval."""
 
-    Args:
-        mean: over the interval [unit of the input]
-        end: at its end [unit of the input]
-    """
-
-    mean: Scalar
-    end: Scalar
+    mean: Scalar  # over the interval [unit of the input]
+    end: Scalar  # at its end [unit of the input]
 
 
 def lagged_ramp(before: Scalar, after: Scalar, output: Scalar, lag: Scalar, time: Scalar) -> Lagged:
@@ -75,19 +70,12 @@ difference of two nearly equal numbers by almost zero; no real bearing loses les
 
 
 class DampedRotation(NamedTuple):
-    """Coefficients of rate and angle increment at the end of the time, for initial rate and torque.
+    """Coefficients of rate and angle increment at the end of the time, for initial rate and torque."""
 
-    Args:
-        kept: rate per initial rate [-]
-        path: angle increment per initial rate [s]
-        rate_per_torque: [rad/(s*N*m)]
-        angle_per_torque: [rad/(N*m)]
-    """
-
-    kept: Scalar
-    path: Scalar
-    rate_per_torque: Scalar
-    angle_per_torque: Scalar
+    kept: Scalar  # rate per initial rate [-]
+    path: Scalar  # angle increment per initial rate [s]
+    rate_per_torque: Scalar  # [rad/(s*N*m)]
+    angle_per_torque: Scalar  # [rad/(N*m)]
 
 
 def damped_rotation(inertia: Scalar, damping: Scalar, time: Scalar) -> DampedRotation:

@@ -10,12 +10,9 @@ from tierod.core.block import Scalar
 from tierod.core.graph.maths import Number
 from tierod.physics.clarke_park import Direction, RotorVector, StatorVector, inverse_park, park
 
-COPPER = 1.0 / 255.0
-"""Temperature coefficient of the resistance of copper, referred to 20 degrees Celsius [1/K]."""
-NEODYMIUM = -1.1e-3
-"""Temperature coefficient of the remanence of sintered NdFeB, referred to 20 degrees Celsius [1/K]."""
-REFERENCE_TEMPERATURE = 293.15
-"""Temperature to which stated resistances and flux linkages refer [K]."""
+COPPER = 1.0 / 255.0  # Temperature coefficient of the resistance of copper, referred to 20 degrees Celsius [1/K]
+NEODYMIUM = -1.1e-3  # Temperature coefficient of the remanence of sintered NdFeB, referred to 20 degrees Celsius [1/K]
+REFERENCE_TEMPERATURE = 293.15  # Temperature to which stated resistances and flux linkages refer [K]
 
 
 def back_emf_constant(pole_pairs: Scalar, flux: Scalar) -> Scalar:

@@ -13,8 +13,7 @@ from tierod.core.graph.bank import BankGraph
 from tierod.core.graph.operations import LOGICAL, program
 from tierod.core.graph.trace import Graph, trace
 
-FUSED = ("fma", "fms", "fnma")
-"""Operations that are a multiplication and an addition in one."""
+FUSED = ("fma", "fms", "fnma")  # Operations that are a multiplication and an addition in one
 
 TRIGONOMETRIC = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2")
 FUNCTIONS = ("sqrt", "hypot", "exp", "expm1", "log", "log1p", "pow", "sinh", "cosh", "tanh")
@@ -23,23 +22,16 @@ OTHER_DECISIONS = ("if", "select", "fabs", "sign", "floor", "ceil")
 
 @dataclass(frozen=True)
 class OperationCount:
-    """Number of operations of one step; those on constants and tuning alone are computed beforehand and not counted.
+    """Number of operations of one step; those on constants and tuning alone are computed beforehand and not counted."""
 
-    Args:
-        multiplications, additions: subtractions are additions; a fused multiply-add counts once as each
-        trigonometric: trigonometric functions and their inverses
-        functions: roots, powers, exponentials, logarithms, hyperbolic functions
-        decisions: comparisons, logic, selections, absolute values, signs and roundings
-        states: numbers that are stored from one step to the next, delay lines included
-    """
-
+    # multiplications, additions: subtractions are additions; a fused multiply-add counts once as each
     multiplications: int
     additions: int
     divisions: int
-    trigonometric: int
-    functions: int
-    decisions: int
-    states: int
+    trigonometric: int  # trigonometric functions and their inverses
+    functions: int  # roots, powers, exponentials, logarithms, hyperbolic functions
+    decisions: int  # comparisons, logic, selections, absolute values, signs and roundings
+    states: int  # numbers that are stored from one step to the next, delay lines included
 
 
 def operation_count(block: Block) -> OperationCount:

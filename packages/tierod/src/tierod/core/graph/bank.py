@@ -16,22 +16,18 @@ from tierod.core.graph.trace import INTERFACE, Graph, straight_line
 
 @dataclass(frozen=True, eq=False)
 class BankGraph:
-    """One step of a bank: the straight line of a lane, run for every lane, then that of the judge.
-
-    Args:
-        judge: graph of the judge, which takes the sample of the bank and the outputs of all lanes, and gives output,
-            adopted lanes and feedback
-        feedback: dotted names of the judge's feedback to the lanes
-        entry: name under which later processes find names and kernel; None where they trace the bank themselves
-    """
+    """One step of a bank: the straight line of a lane, run for every lane, then that of the judge."""
 
     name: str
     lane: Graph
+    # graph of the judge, which takes the sample of the bank and the outputs of all lanes, and gives output, adopted
+    # lanes and feedback
     judge: Graph
     count: int
-    feedback: tuple[str, ...]
+    feedback: tuple[str, ...]  # dotted names of the judge's feedback to the lanes
     sample_tree: Tree
     output_tree: Tree
+    # name under which later processes find names and kernel; None where they trace the bank themselves
     entry: str | None = None
 
     @property
@@ -150,8 +146,7 @@ def _check_verdict(verdict: Tree, said: Tree, count: int, name: str) -> None:
         )
 
 
-KEEP = -1.0
-"""Entry of `Verdict.adopt` for a lane that continues with its own state."""
+KEEP = -1.0  # Entry of `Verdict.adopt` for a lane that continues with its own state
 
 
 class JudgeSample(NamedTuple):
@@ -160,16 +155,12 @@ class JudgeSample(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """Result of a judge for one sample.
-
-    Args:
-        adopt: per lane the number of the lane whose state it takes over after this sample; `KEEP` for its own
-        feedback: feedback of the judge to every lane with the next sample, () for none
-    """
+    """Result of a judge for one sample."""
 
     output: Tree
+    # per lane the number of the lane whose state it takes over after this sample; `KEEP` for its own
     adopt: tuple[Any, ...]
-    feedback: Tree = ()
+    feedback: Tree = ()  # feedback of the judge to every lane with the next sample, () for none
 
 
 class Judge(Protocol):

@@ -10,16 +10,12 @@ from typing import NamedTuple
 
 
 class Real(NamedTuple):
-    """Properties of a floating-point type that the functions depend on.
-
-    Args:
-        fraction: number of stored bits of its significand
-    """
+    """Properties of a floating-point type that the functions depend on."""
 
     name: str
     suffix: str
     word: str
-    fraction: int
+    fraction: int  # number of stored bits of its significand
     bias: int
     least: float
 
@@ -145,8 +141,7 @@ _PIECES = {
 """Pi/2 as a sum of pieces: the products of the first three with a whole number of quarter turns below `_LARGEST` are
 exact. All are positive, which keeps the sign of a zero angle."""
 
-_LARGEST = {DOUBLE: 1.0e6, FLOAT: 5.0e3}
-"""Largest angle that is reduced with the pieces [rad]."""
+_LARGEST = {DOUBLE: 1.0e6, FLOAT: 5.0e3}  # Largest angle that is reduced with the pieces [rad]
 
 _WINDOWS, _STEP = 63, 16
 """Number of windows of the digits of 2/pi, and powers of two that each serves, from 2^20 to the largest double."""

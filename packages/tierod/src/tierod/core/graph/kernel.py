@@ -156,8 +156,7 @@ class _Call:
 
 Engine = Literal["auto", "compiled", "virtual machine"]
 
-CACHE_LINE = 64
-"""Size of a cache line of the processor [bytes]."""
+CACHE_LINE = 64  # Size of a cache line of the processor [bytes]
 
 _LOOP = (ctypes.c_long, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_long)
 

@@ -34,35 +34,27 @@ _BUILD = "build-"
 
 @dataclass(frozen=True)
 class Bounds:
-    """Bounds on the contents of a cache.
+    """Bounds on the contents of a cache."""
 
-    Args:
-        bytes: size of all kernels [B]; a thousand of the usual 70 kB and the largest of 2 MB fit
-        count: number of kernels [-]; the whole test suite makes about a thousand
-        unused: time without use after which a kernel is removed [s]: its source or compiler has most likely changed
-        recent: time since the last use within which a kernel is kept, whatever the other bounds [s]: running
-            processes may load it next
-        abandoned: age from which a half-written file belongs to a killed process [s]; a running one needs milliseconds
-        waited: longest wait for another process that compiles the same kernel [s]; the largest takes about a minute
-    """
-
+    # size of all kernels [B]; a thousand of the usual 70 kB and the largest of 2 MB fit
     bytes: Annotated[int, "B"] = 256 * 1024**2
-    count: Annotated[int, ""] = 4096
+    count: Annotated[int, ""] = 4096  # number of kernels [-]; the whole test suite makes about a thousand
+    # time without use after which a kernel is removed [s]: its source or compiler has most likely changed
     unused: Annotated[float, "s"] = 90 * 86400.0
+    # time since the last use within which a kernel is kept, whatever the other bounds [s]: running processes may load
+    # it next
     recent: Annotated[float, "s"] = 3600.0
+    # age from which a half-written file belongs to a killed process [s]; a running one needs milliseconds
     abandoned: Annotated[float, "s"] = ABANDONED
+    # longest wait for another process that compiles the same kernel [s]; the largest takes about a minute
     waited: Annotated[float, "s"] = 300.0
 
 
 @dataclass(frozen=True)
 class KernelCache:
-    """A folder of kernels.
+    """A folder of kernels."""
 
-    Args:
-        folder: created where it is absent; it need not be usable
-    """
-
-    folder: Path
+    folder: Path  # created where it is absent; it need not be usable
     bounds: Bounds = field(default_factory=Bounds)
 
     @property

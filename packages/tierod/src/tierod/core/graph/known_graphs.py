@@ -25,8 +25,7 @@ from typing import Any
 from tierod.core.graph import compiler
 
 PACKAGE = Path(__file__).resolve().parents[2]
-BLOCKS = ("core", "physics", "models", "methods", "monitors", "diagnosis")
-"""Packages whose blocks have entries."""
+BLOCKS = ("core", "physics", "models", "methods", "monitors", "diagnosis")  # Packages whose blocks have entries
 
 SOURCES = (*BLOCKS, "io", "vehicles")
 """Packages whose sources determine what a block computes: these, and those that they import."""

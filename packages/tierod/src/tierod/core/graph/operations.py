@@ -16,8 +16,7 @@ if TYPE_CHECKING:
 TUNING, STATE, RING, SAMPLE = range(4)
 NEXT_STATE, PUSH, OUTPUT = range(3)
 
-Outputs: TypeAlias = dict[tuple[int, int], int]
-"""(group, position) -> index of the operation."""
+Outputs: TypeAlias = dict[tuple[int, int], int]  # (group, position) -> index of the operation
 
 COMMUTATIVE = {"add", "mul", "and", "or", "eq", "ne"}
 LOGICAL = {"lt", "le", "eq", "ne", "and", "or", "not", "member"}
@@ -38,16 +37,11 @@ def is_constant(operation: Operation, value: float) -> bool:
 
 @dataclass(frozen=True)
 class Program:
-    """Operations in order, and the value of each output.
-
-    Args:
-        outputs: (group, position) -> index of the operation
-        invariant: indices of the operations that depend on tuning alone, computed once before the loop
-    """
+    """Operations in order, and the value of each output."""
 
     operations: tuple[Operation, ...]
-    outputs: Outputs
-    invariant: frozenset[int]
+    outputs: Outputs  # (group, position) -> index of the operation
+    invariant: frozenset[int]  # indices of the operations that depend on tuning alone, computed once before the loop
 
     def carried(self) -> list[int]:
         """Invariant values that the loop needs, in order; constants are written out instead."""
@@ -224,8 +218,7 @@ def _instruction_names() -> dict[int, str]:
     return {getattr(casadi, f"OP_{key}"): word for key, word in words.items()}
 
 
-FEWEST = 16
-"""Smallest number of operations that a branch pays for: fewer cost less than a mispredicted jump."""
+FEWEST = 16  # Smallest number of operations that a branch pays for: fewer cost less than a mispredicted jump
 
 
 class Condition(NamedTuple):
@@ -237,13 +230,9 @@ class Condition(NamedTuple):
 
 @dataclass(frozen=True)
 class Branch:
-    """Operations that are evaluated together.
+    """Operations that are evaluated together."""
 
-    Args:
-        condition: condition of their evaluation; None for those that are always needed
-    """
-
-    condition: Condition | None
+    condition: Condition | None  # condition of their evaluation; None for those that are always needed
     operations: tuple[int, ...]
 
 
@@ -312,8 +301,7 @@ def _rounds(program: Program, chosen: dict[int, Condition]) -> dict[int, int]:
     return rounds
 
 
-SHORTEST_CHAIN = 8
-"""Smallest number of values for which a table is faster than selections."""
+SHORTEST_CHAIN = 8  # Smallest number of values for which a table is faster than selections
 
 
 def with_picks(program: Program) -> Program:

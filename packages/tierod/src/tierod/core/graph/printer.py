@@ -13,12 +13,9 @@ from tierod.core.graph.operations import SAMPLE, Program, program
 from tierod.core.graph.state import GROUP
 from tierod.core.graph.trace import Graph, Interface
 
-LANES = vector_width()
-"""Number of vehicles that are stepped together: one vector register holds a number of each."""
-TILE_STEPS = 64
-"""Number of samples of a tile: inputs and outputs of all vehicles then stay in the cache of a core."""
-STATE_IN_LOCALS = 200
-"""Largest number of states that `scan` keeps in local variables."""
+LANES = vector_width()  # Number of vehicles that are stepped together: one vector register holds a number of each
+TILE_STEPS = 64  # Number of samples of a tile: inputs and outputs of all vehicles then stay in the cache of a core
+STATE_IN_LOCALS = 200  # Largest number of states that `scan` keeps in local variables
 
 
 def prefix(graph: Interface) -> str:

@@ -22,26 +22,18 @@ from tierod.core.recording import Aligned
 
 @dataclass(frozen=True)
 class Memory:
-    """The state of a block between two runs.
+    """The state of a block between two runs."""
 
-    Args:
-        values: flat, delay lines at the end, shape (numbers,)
-    """
-
-    values: np.ndarray
+    values: np.ndarray  # flat, delay lines at the end, shape (numbers,)
     count: int
 
 
 @dataclass(frozen=True)
 class Result(Generic[Output]):
-    """Result of a block over many samples.
-
-    Args:
-        values: shape (n, outputs)
-    """
+    """Result of a block over many samples."""
 
     names: tuple[str, ...]
-    values: np.ndarray
+    values: np.ndarray  # shape (n, outputs)
     state: Memory
     tree: Output
 

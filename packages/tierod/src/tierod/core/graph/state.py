@@ -10,20 +10,15 @@ import numpy as np
 from tierod.core.block import Block, Ring, Tree, tuning, values_of, with_tuning
 from tierod.core.graph.operations import NEXT_STATE, PUSH, Operation, Program, invariant_of, is_constant, program
 
-GROUP = 8
-"""Number of lanes of a bank that are stepped together: the number of doubles in the widest vector register."""
+GROUP = 8  # Number of lanes of a bank that are stepped together: the number of doubles in the widest vector register
 
 
 class BankState(NamedTuple):
-    """State of a bank of blocks.
-
-    Args:
-        feedback: feedback of the judge at the previous sample, for all lanes
-    """
+    """State of a bank of blocks."""
 
     lanes: tuple[Tree, ...]
     judge: Tree
-    feedback: Tree
+    feedback: Tree  # feedback of the judge at the previous sample, for all lanes
 
 
 def flat_memory(state: Tree) -> np.ndarray:

@@ -30,8 +30,7 @@ from tierod.core.graph.state import flat_memory
 if TYPE_CHECKING:
     import casadi
 
-TRUTH_VALUE = "truth value"
-"""Part of CasADi's message where Python decides on a symbol."""
+TRUTH_VALUE = "truth value"  # Part of CasADi's message where Python decides on a symbol
 
 
 class Interface(Protocol):
@@ -57,23 +56,18 @@ class Interface(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Graph:
-    """One step of a block as a straight line of operations.
+    """One step of a block as a straight line of operations."""
 
-    Args:
-        name: name of the block's class, as a C identifier
-        rings: (name, size) of every delay line
-        entry: name under which later processes find names and kernels; None where they trace the step themselves
-    """
-
-    name: str
+    name: str  # name of the block's class, as a C identifier
     tuning: tuple[str, ...]
     state: tuple[str, ...]
-    rings: tuple[tuple[str, int], ...]
+    rings: tuple[tuple[str, int], ...]  # (name, size) of every delay line
     sample: tuple[str, ...]
     output: tuple[str, ...]
     sample_tree: Tree
     output_tree: Tree
     make: Callable[[], Any]
+    # name under which later processes find names and kernels; None where they trace the step themselves
     entry: str | None = None
 
     @cached_property

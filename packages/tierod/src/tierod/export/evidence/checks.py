@@ -16,23 +16,17 @@ from typing import Annotated, NamedTuple, TypeVar
 from tierod.core.content import Table
 from tierod.export.interface import Interface
 
-LONGEST: Annotated[float, "s"] = 600.0
-"""Time limit for one run of a tool."""
-AT_ONCE = 2
-"""Number of tools that run concurrently."""
+LONGEST: Annotated[float, "s"] = 600.0  # Time limit for one run of a tool
+AT_ONCE = 2  # Number of tools that run concurrently
 
 
 T = TypeVar("T")
 
 
 class Outcome(NamedTuple):
-    """Result of running a tool.
+    """Result of running a tool."""
 
-    Args:
-        code: exit status; None where the tool could not be started or was stopped by the time limit
-    """
-
-    code: int | None
+    code: int | None  # exit status; None where the tool could not be started or was stopped by the time limit
     text: str
 
     @property
@@ -83,10 +77,8 @@ def at_once(calls: Sequence[Callable[[], T]]) -> list[T]:
         return [each.result() for each in [pool.submit(call) for call in calls]]
 
 
-FURTHER = "build/further.csv"
-"""Samples of drive, random and failed signals for the coverage measurement."""
-SANITIZED = "build/sanitized.csv"
-"""Shorter version of these samples for the sanitizers, cut where a step is expensive."""
+FURTHER = "build/further.csv"  # Samples of drive, random and failed signals for the coverage measurement
+SANITIZED = "build/sanitized.csv"  # Shorter version of these samples for the sanitizers, cut where a step is expensive
 
 SANITIZERS = "address,undefined,float-cast-overflow"
 
@@ -119,23 +111,16 @@ ADDONS = ("/usr/lib/x86_64-linux-gnu/cppcheck/addons", "/usr/share/cppcheck/addo
 
 
 class Checked(NamedTuple):
-    """An export as input of the tools.
-
-    Args:
-        runs: arguments of the comparison program, one pair of input and expected file per run
-        sanitized: arguments of the runs with sanitizers, likewise
-        counted: name of the function whose instructions are counted; "" for none
-        reasons: justification of each departure from MISRA C:2012, by rule number
-        varied: program that runs the export with changed parameters, for the coverage; "" for none
-    """
+    """An export as input of the tools."""
 
     code: str
     parts: tuple[str, ...]
+    # arguments of the comparison program, one pair of input and expected file per run
     runs: tuple[tuple[str, str], ...]
-    sanitized: tuple[tuple[str, str], ...]
-    counted: str
-    reasons: Mapping[str, str]
-    varied: str = ""
+    sanitized: tuple[tuple[str, str], ...]  # arguments of the runs with sanitizers, likewise
+    counted: str  # name of the function whose instructions are counted; "" for none
+    reasons: Mapping[str, str]  # justification of each departure from MISRA C:2012, by rule number
+    varied: str = ""  # program that runs the export with changed parameters, for the coverage; "" for none
 
     @property
     def sources(self) -> tuple[str, ...]:

@@ -27,23 +27,18 @@ FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow
 
 @dataclass(frozen=True)
 class Difference:
-    """Difference of a compiled export from `scan`.
-
-    Args:
-        worst: largest difference of an output as a share of its range; NaN where the build could not be run
-        equal: share of the numbers that are identical to the last bit
-        trouble: why the build could not be run; "" where it could
-    """
+    """Difference of a compiled export from `scan`."""
 
     build: str
     samples: str
     steps: int = 0
+    # largest difference of an output as a share of its range; NaN where the build could not be run
     worst: float = float("nan")
     output: str = ""
-    equal: float = float("nan")
+    equal: float = float("nan")  # share of the numbers that are identical to the last bit
     decisions: float = float("nan")
     warnings: int = 0
-    trouble: str = ""
+    trouble: str = ""  # why the build could not be run; "" where it could
 
 
 def differences(face: Interface, folder: Path, samples: Mapping[str, np.ndarray]) -> list[Difference]:
@@ -146,17 +141,12 @@ def table(found: list[Difference], precision: str) -> Table:
 
 
 class Aim(NamedTuple):
-    """Permitted difference of an estimate in single precision from double.
-
-    Args:
-        limit: largest permitted difference, in the displayed unit
-        scale: factor from the unit of the output to the displayed unit
-    """
+    """Permitted difference of an estimate in single precision from double."""
 
     output: str
-    limit: float
+    limit: float  # largest permitted difference, in the displayed unit
     unit: str
-    scale: float = 1.0
+    scale: float = 1.0  # factor from the unit of the output to the displayed unit
 
 
 AIMS = {
@@ -167,29 +157,20 @@ AIMS = {
 }
 """Required agreement, by the name of the monitor."""
 
-LATEST: Annotated[float, "s"] = 0.05
-"""Largest permitted duration of a different status."""
-HOURS = (0.0, 100.0)
-"""Running times of the clocks at the beginning of a drive [h]."""
+LATEST: Annotated[float, "s"] = 0.05  # Largest permitted duration of a different status
+HOURS = (0.0, 100.0)  # Running times of the clocks at the beginning of a drive [h]
 
 
 @dataclass(frozen=True)
 class Apart:
-    """Difference between single and double precision on one drive.
-
-    Args:
-        hours: running time of the clocks at its beginning [h]
-        largest: difference of the estimate in the unit of its aim; NaN where the monitor has no aim
-        verdicts: changes of the status in double precision
-        longest: longest stretch with different statuses [s]
-    """
+    """Difference between single and double precision on one drive."""
 
     samples: str
-    hours: float
+    hours: float  # running time of the clocks at its beginning [h]
     steps: int
-    largest: float
-    verdicts: int
-    longest: float
+    largest: float  # difference of the estimate in the unit of its aim; NaN where the monitor has no aim
+    verdicts: int  # changes of the status in double precision
+    longest: float  # longest stretch with different statuses [s]
 
     def within(self, aim: Aim | None) -> bool:
         """Whether the agreement is as close as required."""

@@ -29,8 +29,7 @@ REASONS = {
 }
 """Explanation of branches that are not reached, by their kind."""
 
-LONGEST = 110
-"""Characters of a listed line of C code."""
+LONGEST = 110  # Characters of a listed line of C code
 
 _LINE = re.compile(r"\s*[-#\d=*]+:\s*(\d+):(.*)")
 _MISSED = re.compile(r"branch\s+\d+ (?:taken 0\b|never executed)")
@@ -39,13 +38,9 @@ _NAMED = re.compile(r"\bv(\d+) =")
 
 
 class Stepped(NamedTuple):
-    """Meaning of the numbered values in the C code of a step, or of a lane of a bank.
+    """Meaning of the numbered values in the C code of a step, or of a lane of a bank."""
 
-    Args:
-        program: of the printed step, with its chains of selections replaced by picks and members
-    """
-
-    program: Program
+    program: Program  # of the printed step, with its chains of selections replaced by picks and members
     state: tuple[str, ...]
     functions: tuple[str, ...] = ("_step", "_judge")
 

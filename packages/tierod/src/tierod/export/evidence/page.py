@@ -130,8 +130,7 @@ def _sized(folder: Path) -> tuple[tuple[str, str], ...]:
     )
 
 
-CALIBRATION_FACTORS = (0.2, 5.0)
-"""Factors applied to the changed parameter."""
+CALIBRATION_FACTORS = (0.2, 5.0)  # Factors applied to the changed parameter
 
 CALIBRATED_PROGRAM, SAMPLES = "build/calibrated.c", "build/calibrated.bin"
 
@@ -242,8 +241,7 @@ ALTERED, SHORTEST = 600_000, 500
 """Most samples of all altered drives together; fewest samples per altered drive for which a run is worthwhile."""
 COVERED_WORK: Annotated[float, ""] = 16e9
 """Operations that all altered drives may take; a step of a bank takes 1 ms where branches are counted."""
-FAILING = 20_000
-"""Samples with further failed signals, where a step is expensive."""
+FAILING = 20_000  # Samples with further failed signals, where a step is expensive
 CALIBRATED = 10
 """Factor by which more samples are run with changed parameters, because verdicts take minutes of driving."""
 

@@ -14,8 +14,7 @@ from tierod.export.evidence.checks import Outcome, ran, there, version
 from tierod.export.interface import Interface
 from tierod.export.vectors import Vectors
 
-STEPS = 1000
-"""Number of measured steps."""
+STEPS = 1000  # Number of measured steps
 
 START = """\
 #include <stdint.h>
@@ -139,18 +138,12 @@ BOARD = ("qemu-system-arm", "-M", "mps2-an500", "-cpu", "cortex-m7", "-nographic
 
 
 class Measured(NamedTuple):
-    """Measurements of the program on the Cortex-M7.
+    """Measurements of the program on the Cortex-M7."""
 
-    Args:
-        mean, most: mean and largest number of instructions per step
-        stack: use below the call of the step, measured by painting [B]
-        state, constants: sizes [B]
-    """
-
-    mean: float
+    mean: float  # mean, most: mean and largest number of instructions per step
     most: int
-    stack: int
-    state: int
+    stack: int  # use below the call of the step, measured by painting [B]
+    state: int  # state, constants: sizes [B]
     constants: int
 
 

@@ -18,8 +18,7 @@ from tierod.export.subject import identifier
 
 SEED = 20261124
 CYCLES, STEPS = 160, 6
-QUIET_FROM, QUIET_TO = 45, 130
-"""Range of cycles without a failure, long enough for healing and aging."""
+QUIET_FROM, QUIET_TO = 45, 130  # Range of cycles without a failure, long enough for healing and aging
 STEP_TIME = 0.7
 """Time between two results [s]; short enough that some causes arrive in time to replace their consequence."""
 

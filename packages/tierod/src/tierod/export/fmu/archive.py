@@ -144,8 +144,7 @@ def built(texts: Mapping[str, str], names: Sequence[str]) -> bytes:
         return (folder / "unit.bin").read_bytes()
 
 
-MOMENT = (1980, 1, 1, 0, 0, 0)
-"""Time stamp of every file in the archive, fixed so that equal units have equal bytes."""
+MOMENT = (1980, 1, 1, 0, 0, 0)  # Time stamp of every file in the archive, fixed so that equal units have equal bytes
 
 
 def write_unit(model: Model, path: str | Path) -> Path:

@@ -29,38 +29,25 @@ CLOCKS = ("sample_time", "step_time")
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable of a unit.
+    """One variable of a unit."""
 
-    Args:
-        name: in structured notation, such as "filter.gain[1]"
-        kind: causality; "fixed" and "tunable" are parameters
-        unit: in the notation of pint; "" for none
-        start: value before the first step; NaN for a missing input
-        place: C code of its number within an instance; "" for time
-    """
-
-    name: str
+    name: str  # in structured notation, such as "filter.gain[1]"
     reference: int
-    kind: Kind
-    unit: str = ""
+    kind: Kind  # causality; "fixed" and "tunable" are parameters
+    unit: str = ""  # in the notation of pint; "" for none
     meaning: str = ""
-    start: float = 0.0
+    start: float = 0.0  # value before the first step; NaN for a missing input
     limits: Range = ANY
-    place: str = ""
+    place: str = ""  # C code of its number within an instance; "" for time
 
 
 @dataclass(frozen=True)
 class Model:
-    """Contents of a unit.
-
-    Args:
-        starts: start values of inputs that count as present before they are set, by name
-        present: whether outputs depend on the inputs at the same instant, as those of a plant do
-    """
+    """Contents of a unit."""
 
     face: Interface
-    starts: dict[str, float]
-    present: bool = False
+    starts: dict[str, float]  # start values of inputs that count as present before they are set, by name
+    present: bool = False  # whether outputs depend on the inputs at the same instant, as those of a plant do
 
     @cached_property
     def variables(self) -> tuple[Variable, ...]:

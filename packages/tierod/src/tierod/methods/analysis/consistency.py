@@ -13,11 +13,9 @@ import numpy as np
 from tierod.core.errors import InputError
 from tierod.core.graph import Result
 
-STEPS = 60
-"""Largest number of steps of Newton's method and bisection; six are usual."""
+STEPS = 60  # Largest number of steps of Newton's method and bisection; six are usual
 
-TERMS = 10_000
-"""Largest number of terms of a series, which grows with the square root of the shape."""
+TERMS = 10_000  # Largest number of terms of a series, which grows with the square root of the shape
 
 MOST_SHAPE = 1e6
 """Shape up to which the series are summed; above, the error of Wilson and Hilferty's cube root is below rounding."""
@@ -117,25 +115,16 @@ def mean_band(degrees: int, count: int | None = None) -> tuple[float, float]:
 
 @dataclass(frozen=True, eq=False)
 class Consistency:
-    """Consistency figures of a run; a figure that the run does not allow is NaN.
+    """Consistency figures of a run; a figure that the run does not allow is NaN."""
 
-    Args:
-        samples: number of samples with at least one measurement
-        measurements: number of measurements in these samples
-        nis: mean NIS per measurement; 1 is consistent, above is overconfident, below conservative
-        outside: share of samples with NIS above the 95 % quantile of its chi-square distribution; 0.05 is consistent
-        whiteness: largest autocorrelation of the normalised innovations over lags and outputs
-        whiteness_band: its 95 % limit for white innovations
-        lags: autocorrelation, (outputs, lags)
-    """
-
-    samples: int
-    measurements: int
-    nis: float
+    samples: int  # number of samples with at least one measurement
+    measurements: int  # number of measurements in these samples
+    nis: float  # mean NIS per measurement; 1 is consistent, above is overconfident, below conservative
+    # share of samples with NIS above the 95 % quantile of its chi-square distribution; 0.05 is consistent
     outside: float
-    whiteness: float
-    whiteness_band: float
-    lags: np.ndarray
+    whiteness: float  # largest autocorrelation of the normalised innovations over lags and outputs
+    whiteness_band: float  # its 95 % limit for white innovations
+    lags: np.ndarray  # autocorrelation, (outputs, lags)
 
     @property
     def nis_band(self) -> tuple[float, float]:

@@ -44,8 +44,7 @@ def white_noise(values: np.ndarray) -> float:
     return max(math.sqrt(float(np.mean(third**2))) if len(third) else 0.0, 1e-7)
 
 
-DEVIATION_OF_MEDIAN = 1.4826
-"""Standard deviation of a normal quantity over the median of its magnitude [-]."""
+DEVIATION_OF_MEDIAN = 1.4826  # Standard deviation of a normal quantity over the median of its magnitude [-]
 
 VARIANCE_ERROR = 2.33
 """Relative standard error of a variance by `usual_deviation`, times the square root of the number of errors [-]. For

@@ -13,23 +13,16 @@ from tierod.models.linear import TOLERANCE, LinearSystem, Mode, describe, modes,
 
 @dataclass(frozen=True, eq=False)
 class Observability:
-    """Observability of a state through the outputs.
-
-    Args:
-        rank: dimension of the observable subspace, to the tolerance
-        tolerance: relative size below which a direction counts as unobservable
-        singular_values: of the orthonormal observability staircase, largest first, scaled (n,); the gap at the
-            tolerance is the margin of the rank
-        hidden: unobservable directions in the states' own units, columns with largest entry 1, (n, n - rank)
-        modes: eigenvalues with their margin (PBH test), the least observable first
-    """
+    """Observability of a state through the outputs."""
 
     states: tuple[str, ...]
-    rank: int
-    tolerance: float
+    rank: int  # dimension of the observable subspace, to the tolerance
+    tolerance: float  # relative size below which a direction counts as unobservable
+    # of the orthonormal observability staircase, largest first, scaled (n,); the gap at the tolerance is the margin of
+    # the rank
     singular_values: np.ndarray
-    hidden: np.ndarray
-    modes: tuple[Mode, ...]
+    hidden: np.ndarray  # unobservable directions in the states' own units, columns with largest entry 1, (n, n - rank)
+    modes: tuple[Mode, ...]  # eigenvalues with their margin (PBH test), the least observable first
 
     @property
     def complete(self) -> bool:

@@ -18,16 +18,12 @@ from tierod.core.model import Model
 
 @dataclass(frozen=True)
 class Equation:
-    """One equation, by the variables that it contains.
-
-    Args:
-        fault: that violates it; empty for none
-    """
+    """One equation, by the variables that it contains."""
 
     name: str
     unknowns: frozenset[str]
     knowns: frozenset[str] = frozenset()
-    fault: str = ""
+    fault: str = ""  # that violates it; empty for none
 
     @classmethod
     def of(cls, name: str, unknowns: Iterable[str], knowns: Iterable[str] = (), fault: str = "") -> Equation:
@@ -158,16 +154,12 @@ def _refuse_unknown(given: Collection[str], known: Collection[str]) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Isolability:
-    """Detectability and isolability of faults.
+    """Detectability and isolability of faults."""
 
-    Args:
-        faults: names, in the order of rows and columns
-        mistaken: whether the fault of the column explains everything that the fault of the row causes; true on the
-            diagonal. A set of faults does not count as an explanation of a part of itself
-    """
-
-    faults: tuple[str, ...]
+    faults: tuple[str, ...]  # names, in the order of rows and columns
     detectable: np.ndarray
+    # whether the fault of the column explains everything that the fault of the row causes; true on the diagonal. A set
+    # of faults does not count as an explanation of a part of itself
     mistaken: np.ndarray
 
     @cached_property
@@ -236,18 +228,12 @@ def _faults_of(equations: Iterable[Equation]) -> set[str]:
 
 @dataclass(frozen=True)
 class SensorGain:
-    """Improvement by one more sensor.
-
-    Args:
-        detectable: faults of the present model that it makes detectable
-        isolated_pairs: number of ordered pairs of the model's faults that it additionally isolates
-        own_isolable: whether its own fault is isolable from all others
-    """
+    """Improvement by one more sensor."""
 
     sensor: str
-    detectable: tuple[str, ...]
-    isolated_pairs: int
-    own_isolable: bool
+    detectable: tuple[str, ...]  # faults of the present model that it makes detectable
+    isolated_pairs: int  # number of ordered pairs of the model's faults that it additionally isolates
+    own_isolable: bool  # whether its own fault is isolable from all others
 
 
 def gain_of_sensors(model: StructuralModel, sensors: Sequence[Equation], at_once: int = 1) -> tuple[SensorGain, ...]:

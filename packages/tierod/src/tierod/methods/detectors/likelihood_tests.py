@@ -170,13 +170,9 @@ class SequentialTest:
 
 @dataclass(frozen=True)
 class TwoSided:
-    """Alarm when one of two detectors alarms.
+    """Alarm when one of two detectors alarms."""
 
-    Args:
-        up, down: detectors with an output `alarm`
-    """
-
-    up: Detector
+    up: Detector  # up, down: detectors with an output `alarm`
     down: Detector
 
     Sample = Value

@@ -19,41 +19,27 @@ FEWEST = 8
 
 @dataclass(frozen=True)
 class MeasuredPoint:
-    """False alarms at one threshold on fault-free residuals.
+    """False alarms at one threshold on fault-free residuals."""
 
-    Args:
-        threshold: in standard deviations of the residual, or as evidence
-        run_length: mean number of samples between two of them
-    """
-
-    threshold: float
+    threshold: float  # in standard deviations of the residual, or as evidence
     alarms: int
-    run_length: float
+    run_length: float  # mean number of samples between two of them
 
 
 @dataclass(frozen=True)
 class MeasuredDesign:
-    """A threshold from fault-free residuals.
+    """A threshold from fault-free residuals."""
 
-    Args:
-        rule: that the threshold belongs to
-        deviation: root mean square of the residual [unit of the residual]
-        threshold: in these deviations, or as evidence
-        wanted: mean number of samples between false alarms
-        low, high: 95 % interval of the run length at this threshold [samples]; beyond the observed time it assumes that
-            the fitted line continues, which is not tested
-        observed: number of fault-free samples
-        points: false alarms at the thresholds that were tried
-    """
-
-    rule: StoppingRule
-    deviation: Annotated[float, "unit of the signal"]
-    threshold: float
-    wanted: float
+    rule: StoppingRule  # that the threshold belongs to
+    deviation: Annotated[float, "unit of the signal"]  # root mean square of the residual [unit of the residual]
+    threshold: float  # in these deviations, or as evidence
+    wanted: float  # mean number of samples between false alarms
+    # low, high: 95 % interval of the run length at this threshold [samples]; beyond the observed time it assumes that
+    # the fitted line continues, which is not tested
     low: float
     high: float
-    observed: int
-    points: tuple[MeasuredPoint, ...]
+    observed: int  # number of fault-free samples
+    points: tuple[MeasuredPoint, ...]  # false alarms at the thresholds that were tried
 
     @property
     def extrapolated(self) -> bool:

@@ -11,33 +11,24 @@ import numpy as np
 
 from tierod.core.errors import ParameterError
 
-LONGEST = 1e11
-"""Run length up to which eight digits are correct for sums and five for averages [samples]."""
+LONGEST = 1e11  # Run length up to which eight digits are correct for sums and five for averages [samples]
 
-WIDEST = 20_000.0
-"""Largest distance of the limits for which the equations are solved [standard deviations of a step]."""
+WIDEST = 20_000.0  # Largest distance of the limits for which the equations are solved [standard deviations of a step]
 
 PANEL, POINTS = 5.0, 16
 """Width of a panel of the quadrature [standard deviations of a step], and its number of nodes: more change no digit."""
 
-REACH = 9.5
-"""Longest step of the chain [standard deviations]; longer ones have a probability of less than 1e-20."""
+REACH = 9.5  # Longest step of the chain [standard deviations]; longer ones have a probability of less than 1e-20
 
 
 @dataclass(frozen=True)
 class Walk:
-    """A random walk: the next value is factor times the present one, plus a Gaussian step.
+    """A random walk: the next value is factor times the present one, plus a Gaussian step."""
 
-    Args:
-        lower, upper: limits; reaching the upper one ends the walk
-        restart: whether reaching the lower one resets the walk to zero; otherwise it ends the walk
-        factor: 1 for a sum, below 1 for a geometric average
-    """
-
-    lower: float
+    lower: float  # lower, upper: limits; reaching the upper one ends the walk
     upper: float
-    restart: bool
-    factor: float
+    restart: bool  # whether reaching the lower one resets the walk to zero; otherwise it ends the walk
+    factor: float  # 1 for a sum, below 1 for a geometric average
     mean: float
     deviation: float
 

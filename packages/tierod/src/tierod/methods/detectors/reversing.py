@@ -10,10 +10,8 @@ import numpy as np
 
 from tierod.core.series import LastRead, runs
 
-_FRESH = 0.25
-"""Longest time for which a reading holds [s]; chassis buses send every 10 to 100 ms."""
-_SHOWN = 3
-"""Largest number of reversals that a sentence names."""
+_FRESH = 0.25  # Longest time for which a reading holds [s]; chassis buses send every 10 to 100 ms
+_SHOWN = 3  # Largest number of reversals that a sentence names
 MIRRORED = "every turn mirrors the steering angle: the car reversed all the time, or the yaw rate has the wrong sign"
 """Cause where a recording has no turn forward to compare with."""
 TURN_FORWARD = "record turns forward as well; if the car drove forward, set the sign of the yaw rate in the channel map"
@@ -27,53 +25,37 @@ class ReversingLimits:
     A car changes its direction at standstill only. From one standstill to the next, a car that reverses with unsigned
     speeds turns as the mirror image of its steering, while its wheels mirror the yaw rate as well. A wrong sign of the
     yaw rate does the same at all speeds, a wrong sign of the angle leaves yaw rate and wheels consistent.
-
-    Args:
-        standing: speed from which a car moves; sensors of wheel speeds end at 0.3 to 0.8 m/s
-        fastest: speed at which no car reverses; 30 km/h is usual for the reverse gear
-        turning: yaw rate from which a turn counts, above offsets and noise of the sensor
-        turned: heading by which a car must have turned since the standstill
-        similar: least cosine between the yaw rate and its mirror image by the steering angle, as vectors of samples
-        alike: the same by the wheels, whose coarse steps are a larger part of their difference
-        ratio: largest ratio of the yaw rate to that by the steering angle, or its inverse; ratios and slip angles of
-            unmeasured cars cause 1.5
     """
 
+    # speed from which a car moves; sensors of wheel speeds end at 0.3 to 0.8 m/s
     standing: Annotated[float, "m/s"] = 0.3
-    fastest: Annotated[float, "m/s"] = 8.0
+    fastest: Annotated[float, "m/s"] = 8.0  # speed at which no car reverses; 30 km/h is usual for the reverse gear
+    # yaw rate from which a turn counts, above offsets and noise of the sensor
     turning: Annotated[float, "rad/s"] = 0.03
-    turned: Annotated[float, "rad"] = 0.1
+    turned: Annotated[float, "rad"] = 0.1  # heading by which a car must have turned since the standstill
+    # least cosine between the yaw rate and its mirror image by the steering angle, as vectors of samples
     similar: Annotated[float, ""] = 0.8
+    # the same by the wheels, whose coarse steps are a larger part of their difference
     alike: Annotated[float, ""] = 0.5
+    # largest ratio of the yaw rate to that by the steering angle, or its inverse; ratios and slip angles of unmeasured
+    # cars cause 1.5
     ratio: Annotated[float, ""] = 2.5
 
 
 class Reversal(NamedTuple):
-    """Reversing between two standstills.
+    """Reversing between two standstills."""
 
-    Args:
-        start: begin of the motion [s]
-        found: time from which the direction is known [s]
-        end: end of the motion, or of the samples so far [s]
-    """
-
-    start: float
-    found: float
-    end: float
+    start: float  # begin of the motion [s]
+    found: float  # time from which the direction is known [s]
+    end: float  # end of the motion, or of the samples so far [s]
 
 
 class _Motion(NamedTuple):
-    """Motion since the last standstill.
+    """Motion since the last standstill."""
 
-    Args:
-        start: its begin [s]
-        found: time at which it was recognised as reversing [s]; NaN while it is not
-        fastest: largest speed [m/s]
-    """
-
-    start: float
-    found: float
-    fastest: float
+    start: float  # its begin [s]
+    found: float  # time at which it was recognised as reversing [s]; NaN while it is not
+    fastest: float  # largest speed [m/s]
     sums: np.ndarray
 
 
@@ -185,8 +167,7 @@ class Reversing:
         return np.asarray(known)
 
 
-STEERING_RATIO, WHEELBASE = 1.0 / 15.5, 2.7
-"""Parameters of a usual car [-], [m], for recordings whose car is not known."""
+STEERING_RATIO, WHEELBASE = 1.0 / 15.5, 2.7  # Parameters of a usual car [-], [m], for recordings whose car is not known
 _ANY_CAR = ReversingLimits(ratio=10.0)
 """Limits for such recordings: ratio and wheelbase may be those of a kart or of a lorry."""
 

@@ -19,13 +19,9 @@ from tierod.methods.detectors.stopping_rules import AverageRule, CusumRule, Hold
 
 @dataclass(frozen=True)
 class RunLengthLine:
-    """Time between false alarms as a function of the threshold, fitted to counts on fault-free records.
+    """Time between false alarms as a function of the threshold, fitted to counts on fault-free records."""
 
-    Args:
-        start, slope: ln(values between false alarms) = start + slope * growth of the threshold
-    """
-
-    start: float
+    start: float  # start, slope: ln(values between false alarms) = start + slope * growth of the threshold
     slope: float
     observed: float
 
@@ -39,20 +35,13 @@ class RunLengthLine:
 
 @dataclass(frozen=True)
 class RuleDesign:
-    """A stopping rule with the tolerated rate of false alarms.
+    """A stopping rule with the tolerated rate of false alarms."""
 
-    Args:
-        rule: with its constant, in standard deviations of the distance
-        values: wanted mean number of values between false alarms
-        shift: that must be detected, in standard deviations, greater than zero
-        spacing: time between two values [s]; infinite where there is one value in each recording
-        line: fitted to fault-free records; None where the values are white, so that the rule calculates its run length
-    """
-
-    rule: StoppingRule
-    values: float
-    shift: float
-    spacing: Annotated[float, "s"]
+    rule: StoppingRule  # with its constant, in standard deviations of the distance
+    values: float  # wanted mean number of values between false alarms
+    shift: float  # that must be detected, in standard deviations, greater than zero
+    spacing: Annotated[float, "s"]  # time between two values [s]; infinite where there is one value in each recording
+    # fitted to fault-free records; None where the values are white, so that the rule calculates its run length
     line: RunLengthLine | None = None
 
     @cached_property
@@ -105,23 +94,17 @@ WEIGHTS = (0.5, 0.3, 0.2, 0.12, 0.08, 0.05, 0.03, 0.02, 0.01, 0.005)
 HOLDS = (2, 3, 5, 8, 12, 20, 30)
 """Candidate weights and hold counts; near the optimum the delay differs by a few per cent between neighbours."""
 
-RULES = ("cusum", "average", "sequential", "hold", "threshold")
-"""Names of the rules that a user can choose."""
+RULES = ("cusum", "average", "sequential", "hold", "threshold")  # Names of the rules that a user can choose
 
 
 @dataclass(frozen=True)
 class Designed:
-    """A rule with its threshold.
-
-    Args:
-        samples: wanted mean number of samples between false alarms
-        delay: mean detection delay of the shift [samples]
-    """
+    """A rule with its threshold."""
 
     rule: StoppingRule
     threshold: float
-    samples: float
-    delay: float
+    samples: float  # wanted mean number of samples between false alarms
+    delay: float  # mean detection delay of the shift [samples]
 
     def delay_at(self, change: float) -> float:
         """Mean detection delay [samples] of another shift, which is given in standard deviations."""

@@ -22,19 +22,14 @@ from tierod.methods.detectors.random_walk import run_length as walked
 WAYS = {"both": (1.0, -1.0), "upper": (1.0,), "lower": (-1.0,)}
 """Signs of the changes that a detector looks for, by its sides."""
 
-_LEAST = 1e-6
-"""Threshold that is practically none, at which alarms are most frequent."""
+_LEAST = 1e-6  # Threshold that is practically none, at which alarms are most frequent
 
 
 @dataclass(frozen=True)
 class StoppingRule(ABC):
-    """Base of the rules: a detector with its constant, whose threshold is to be designed.
+    """Base of the rules: a detector with its constant, whose threshold is to be designed."""
 
-    Args:
-        sides: "both", "upper" (increases only) or "lower"
-    """
-
-    sides: str = field(default="both", kw_only=True)
+    sides: str = field(default="both", kw_only=True)  # "both", "upper" (increases only) or "lower"
 
     def __post_init__(self) -> None:
         check_sides(self.sides)
@@ -121,13 +116,9 @@ class StoppingRule(ABC):
 
 @dataclass(frozen=True)
 class CusumRule(StoppingRule):
-    """Cumulative sum; the delay is shortest where the shift is about twice the drift.
+    """Cumulative sum; the delay is shortest where the shift is about twice the drift."""
 
-    Args:
-        drift: subtracted per sample, in standard deviations
-    """
-
-    drift: float
+    drift: float  # subtracted per sample, in standard deviations
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -150,13 +141,9 @@ class CusumRule(StoppingRule):
 
 @dataclass(frozen=True)
 class AverageRule(StoppingRule):
-    """Geometric moving average; with weight 1 a threshold on each sample.
+    """Geometric moving average; with weight 1 a threshold on each sample."""
 
-    Args:
-        weight: of the newest value, 0 to 1
-    """
-
-    weight: float
+    weight: float  # of the newest value, 0 to 1
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -200,13 +187,9 @@ class AverageRule(StoppingRule):
 
 @dataclass(frozen=True)
 class HoldRule(StoppingRule):
-    """A threshold that must be exceeded in a number of consecutive samples.
+    """A threshold that must be exceeded in a number of consecutive samples."""
 
-    Args:
-        hold: number of consecutive samples, at least 1
-    """
-
-    hold: int
+    hold: int  # number of consecutive samples, at least 1
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -250,15 +233,10 @@ class HoldRule(StoppingRule):
 
 @dataclass(frozen=True)
 class SequentialRule(StoppingRule):
-    """Repeated sequential probability ratio test; its threshold is the evidence for the shift.
+    """Repeated sequential probability ratio test; its threshold is the evidence for the shift."""
 
-    Args:
-        shift: to be detected, in standard deviations, greater than zero
-        lower: evidence against the shift that ends a test, below zero; ln(missed) of one test
-    """
-
-    shift: float
-    lower: float = math.log(0.01)
+    shift: float  # to be detected, in standard deviations, greater than zero
+    lower: float = math.log(0.01)  # evidence against the shift that ends a test, below zero; ln(missed) of one test
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -291,13 +269,9 @@ class SequentialRule(StoppingRule):
 
 @dataclass(frozen=True)
 class LikelihoodRatioRule(StoppingRule):
-    """Generalised likelihood ratio over windows, for shifts of unknown size; its run length has no closed form.
+    """Generalised likelihood ratio over windows, for shifts of unknown size; its run length has no closed form."""
 
-    Args:
-        windows: their lengths [samples]
-    """
-
-    windows: tuple[int, ...] = WINDOWS
+    windows: tuple[int, ...] = WINDOWS  # their lengths [samples]
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -349,12 +323,9 @@ class ExcessRule(StoppingRule):
     With a level set by the smallest fault magnitude, and residuals whose correlation time exceeds the time that the sum
     takes, no sum ever starts in fault-free data. The time between false alarms then depends on the level, over which it
     is measured.
-
-    Args:
-        excess: sum over values, in standard deviations: one standard deviation for this many values, or a larger excess
-            for fewer
     """
 
+    # sum over values, in standard deviations: one standard deviation for this many values, or a larger excess for fewer
     excess: float
 
     def __post_init__(self) -> None:

@@ -42,29 +42,19 @@ COVARIANCE_UPDATES = ("schmidt", "printed")
 
 
 class Prediction(NamedTuple):
-    """The predicted estimate of a sample, before its measurements.
-
-    Args:
-        points: sigma points for the correction, if the filter uses them
-    """
+    """The predicted estimate of a sample, before its measurements."""
 
     mean: Vector
     covariance: Vector
-    points: Sequence[Vector] = ()
+    points: Sequence[Vector] = ()  # sigma points for the correction, if the filter uses them
 
 
 class Innovations(NamedTuple):
-    """Innovations of measurements against a prediction.
+    """Innovations of measurements against a prediction."""
 
-    Args:
-        rows: Jacobian of the outputs with respect to the state, m rows of n
-        residuals: measured minus expected output, (m,); NaN where missing
-        known: variance of each expected output, (m,)
-    """
-
-    rows: Matrix
-    residuals: Vector
-    known: Vector
+    rows: Matrix  # Jacobian of the outputs with respect to the state, m rows of n
+    residuals: Vector  # measured minus expected output, (m,); NaN where missing
+    known: Vector  # variance of each expected output, (m,)
 
 
 @dataclass(frozen=True)

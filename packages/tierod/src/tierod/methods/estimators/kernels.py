@@ -33,19 +33,12 @@ from tierod.methods.estimators.linear_algebra import (
 
 
 class Correction(NamedTuple):
-    """Correction by the measurements of one sample.
+    """Correction by the measurements of one sample."""
 
-    Args:
-        shift: `start` plus the correction of the mean, before any mask, (n,)
-        covariance: packed covariance after all measurements
-        nis: normalised innovation squared over the measurements that were present
-        present: number of measurements that were present
-    """
-
-    shift: tuple[Scalar, ...]
-    covariance: tuple[Scalar, ...]
-    nis: Scalar
-    present: Scalar
+    shift: tuple[Scalar, ...]  # `start` plus the correction of the mean, before any mask, (n,)
+    covariance: tuple[Scalar, ...]  # packed covariance after all measurements
+    nis: Scalar  # normalised innovation squared over the measurements that were present
+    present: Scalar  # number of measurements that were present
 
 
 def known_variances(values: Noise) -> tuple[Scalar, ...]:
@@ -106,17 +99,11 @@ def correct(
 
 
 class InTurn(NamedTuple):
-    """A sequential correction by one measurement after the other.
+    """A sequential correction by one measurement after the other."""
 
-    Args:
-        correction: by all measurements
-        residuals: innovation of each measurement given those before it, (m,)
-        spreads: variance of each residual, (m,)
-    """
-
-    correction: Correction
-    residuals: tuple[Scalar, ...]
-    spreads: tuple[Scalar, ...]
+    correction: Correction  # by all measurements
+    residuals: tuple[Scalar, ...]  # innovation of each measurement given those before it, (m,)
+    spreads: tuple[Scalar, ...]  # variance of each residual, (m,)
 
 
 def correct_in_turn(covariance: Vector, rows: Matrix, residuals: Vector, noise: Vector) -> InTurn:

@@ -14,8 +14,7 @@ from tierod.core.graph.maths import is_symbol
 
 Vector = Sequence[Scalar]
 Matrix = Sequence[Sequence[Scalar]]
-Noise = Sequence[Scalar | None]
-"""Variances; None where there is no noise."""
+Noise = Sequence[Scalar | None]  # Variances; None where there is no noise
 
 
 def is_structural(value: Scalar, constant: float) -> bool:

@@ -18,8 +18,7 @@ from tierod.methods.estimators.riccati import Noises, stationary_gain
 from tierod.methods.estimators.shapes import check_mean, filled, leaf_names, leaf_values, sample_class
 from tierod.models.linear import LinearSystem
 
-Gain = tuple[tuple[float, ...], ...]
-"""Rows by state, columns by output."""
+Gain = tuple[tuple[float, ...], ...]  # Rows by state, columns by output
 
 
 class Step(NamedTuple):

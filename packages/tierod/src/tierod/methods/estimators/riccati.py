@@ -17,22 +17,14 @@ Noises: TypeAlias = Sequence[float | None] | Sequence[Sequence[float]] | np.ndar
 
 @dataclass(frozen=True, eq=False)
 class StationaryGain:
-    """Steady state of a Kalman filter for a time-invariant system.
+    """Steady state of a Kalman filter for a time-invariant system."""
 
-    Args:
-        filter: gain K of x = x- + K (y - C x-), (n, outputs), as used by the estimators of tierod
-        predictor: gain A K of x-(k+1) = A x-(k) + B u + A K (y - C x-), (n, outputs), as returned by dlqe of
-            python-control
-        predicted_covariance: of x-, before the measurement, (n, n)
-        covariance: of x, after the measurement, (n, n)
-        innovation_covariance: C P- C' + R, (outputs, outputs)
-    """
-
-    filter: np.ndarray
+    filter: np.ndarray  # gain K of x = x- + K (y - C x-), (n, outputs), as used by the estimators of tierod
+    # gain A K of x-(k+1) = A x-(k) + B u + A K (y - C x-), (n, outputs), as returned by dlqe of python-control
     predictor: np.ndarray
-    predicted_covariance: np.ndarray
-    covariance: np.ndarray
-    innovation_covariance: np.ndarray
+    predicted_covariance: np.ndarray  # of x-, before the measurement, (n, n)
+    covariance: np.ndarray  # of x, after the measurement, (n, n)
+    innovation_covariance: np.ndarray  # C P- C' + R, (outputs, outputs)
 
 
 def stationary_gain(

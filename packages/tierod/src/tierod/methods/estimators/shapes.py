@@ -14,15 +14,10 @@ from tierod.core.model import Model
 
 
 class Belief(NamedTuple):
-    """State of a filter: mean and covariance of the estimate.
+    """State of a filter: mean and covariance of the estimate."""
 
-    Args:
-        mean: the model's State
-        covariance: packed upper triangle, row by row
-    """
-
-    mean: Tree
-    covariance: tuple[Scalar, ...]
+    mean: Tree  # the model's State
+    covariance: tuple[Scalar, ...]  # packed upper triangle, row by row
 
 
 def leaf_names(annotation: type) -> tuple[str, ...]:

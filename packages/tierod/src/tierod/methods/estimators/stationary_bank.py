@@ -106,21 +106,13 @@ class BankState(NamedTuple):
 
 
 class StationaryNoise(NamedTuple):
-    """Gain and covariances of a stationary filter of a bank.
+    """Gain and covariances of a stationary filter of a bank."""
 
-    Args:
-        gain: of the filter, rows by state, columns by output
-        covariance: packed, of the estimate
-        innovation_covariance: packed
-        information: inverse of the innovation covariance, packed
-        log_determinant: of the innovation covariance
-    """
-
-    gain: Gain
-    covariance: tuple[float, ...]
-    innovation_covariance: tuple[float, ...]
-    information: tuple[float, ...]
-    log_determinant: float
+    gain: Gain  # of the filter, rows by state, columns by output
+    covariance: tuple[float, ...]  # packed, of the estimate
+    innovation_covariance: tuple[float, ...]  # packed
+    information: tuple[float, ...]  # inverse of the innovation covariance, packed
+    log_determinant: float  # of the innovation covariance
 
 
 @dataclass(frozen=True)

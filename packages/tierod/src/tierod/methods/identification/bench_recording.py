@@ -22,10 +22,8 @@ INPUTS = ("motor_torque", "motor_target_torque")
 SLOWEST, SHORTEST = 2.5e-3, 2.0
 """Longest sampling interval [s], over three samples per period of the mode at 112 Hz; shortest duration [s]."""
 
-_FIRST = 20
-"""Number of samples from which the initial state is estimated."""
-_STILL = 5.0
-"""Range of the wheel's angle over its noise, below which the wheel counts as locked."""
+_FIRST = 20  # Number of samples from which the initial state is estimated
+_STILL = 5.0  # Range of the wheel's angle over its noise, below which the wheel counts as locked
 _COARSE, _LEVELS = 0.05, 20
 """Step of a recorded torque over the friction from which it is coarse; fewer levels belong to a test in steps."""
 _LEAST_KNOWN = 0.25
@@ -36,16 +34,11 @@ _RUN, _SHARE = 20, 0.002
 
 @dataclass(frozen=True, eq=False)
 class BenchRecording:
-    """A recording prepared for identification.
-
-    Args:
-        time: of the grid [s]
-        deviation: standard deviation of the noise of every output, from neighbouring samples
-    """
+    """A recording prepared for identification."""
 
     experiment: Experiment
-    time: np.ndarray
-    deviation: tuple[float, ...]
+    time: np.ndarray  # of the grid [s]
+    deviation: tuple[float, ...]  # standard deviation of the noise of every output, from neighbouring samples
     remarks: tuple[str, ...] = ()
 
     @property

@@ -33,61 +33,40 @@ from tierod.physics.friction import dahl_update
 
 @dataclass(frozen=True)
 class LeftOut:
-    """Cross-validation by an experiment that is left out of the fit.
-
-    Args:
-        values: of the parameters from all other experiments, by name
-        errors: of the simulated outputs of the experiment, over the standard deviations of the measured ones, by name
-    """
+    """Cross-validation by an experiment that is left out of the fit."""
 
     name: str
-    values: Mapping[str, float]
+    values: Mapping[str, float]  # of the parameters from all other experiments, by name
+    # of the simulated outputs of the experiment, over the standard deviations of the measured ones, by name
     errors: Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """An experiment with its simulation, for charts.
-
-    Args:
-        time: [s]
-        motor_torque: [N m]
-        measured, simulated: outputs, (n, outputs)
-        residuals: standardised innovations, (n, outputs)
-        friction: simulated friction at the motor [N m]
-        errors: of the simulated outputs, over the standard deviations of the measured ones, by name
-    """
+    """An experiment with its simulation, for charts."""
 
     name: str
     locked: bool
-    time: np.ndarray
-    motor_torque: np.ndarray
-    measured: np.ndarray
+    time: np.ndarray  # [s]
+    motor_torque: np.ndarray  # [N m]
+    measured: np.ndarray  # measured, simulated: outputs, (n, outputs)
     simulated: np.ndarray
-    residuals: np.ndarray
-    friction: np.ndarray
-    errors: Mapping[str, float]
+    residuals: np.ndarray  # standardised innovations, (n, outputs)
+    friction: np.ndarray  # simulated friction at the motor [N m]
+    errors: Mapping[str, float]  # of the simulated outputs, over the standard deviations of the measured ones, by name
 
 
 @dataclass(frozen=True, eq=False)
 class ColumnIdentification:
-    """Result of the identification of a column.
+    """Result of the identification of a column."""
 
-    Args:
-        found: identified parameters, in the order of the vehicle file
-        estimate: maximum-likelihood estimate of the free parameters and the nuisance parameters of the bench
-        left_out: cross-validation, one entry per experiment
-        remarks: sentences on defects of recordings and fit
-        explained: whether the model explains the recordings
-    """
-
-    found: tuple[Found, ...]
-    estimate: Estimate
-    left_out: tuple[LeftOut, ...]
+    found: tuple[Found, ...]  # identified parameters, in the order of the vehicle file
+    estimate: Estimate  # maximum-likelihood estimate of the free parameters and the nuisance parameters of the bench
+    left_out: tuple[LeftOut, ...]  # cross-validation, one entry per experiment
     shown: tuple[Shown, ...]
     whiteness: Mapping[str, Whiteness]
-    remarks: tuple[str, ...]
-    explained: bool = True
+    remarks: tuple[str, ...]  # sentences on defects of recordings and fit
+    explained: bool = True  # whether the model explains the recordings
 
     @property
     def doubt(self) -> str:
@@ -97,8 +76,7 @@ class ColumnIdentification:
         return "" if self.estimate.converged else "the search did not converge"
 
 
-_PARTS = 3
-"""Number of parts of a single recording, each of which is left out once."""
+_PARTS = 3  # Number of parts of a single recording, each of which is left out once
 
 Progress = Callable[[float], None]
 

@@ -26,35 +26,22 @@ degrees the inertia from 16 s of motion scatters by 0.3 % at 8 ms and by 0.04 % 
 
 
 class WheelMotion(NamedTuple):
-    """One recording with a free wheel, on a uniform grid.
+    """One recording with a free wheel, on a uniform grid."""
 
-    Args:
-        steering_wheel_angle: [rad]
-        motor_angle: divided by the ratio of the gear [rad]; the instrument
-        bar_torque: [N m], positive towards left
-        sample_time: sampling interval [s]
-    """
-
-    steering_wheel_angle: np.ndarray
-    motor_angle: np.ndarray
-    bar_torque: np.ndarray
-    sample_time: float
+    steering_wheel_angle: np.ndarray  # [rad]
+    motor_angle: np.ndarray  # divided by the ratio of the gear [rad]; the instrument
+    bar_torque: np.ndarray  # [N m], positive towards left
+    sample_time: float  # sampling interval [s]
 
 
 class WheelSide(NamedTuple):
-    """Estimate of the wheel's inertia and damping; the inertia is NaN if it was given.
+    """Estimate of the wheel's inertia and damping; the inertia is NaN if it was given."""
 
-    Args:
-        inertia: J_sw [kg m^2]
-        damping: beta_sw [N m s/rad]
-        residual: root mean square residual torque after smoothing [N m]
-    """
-
-    inertia: float
-    damping: float
+    inertia: float  # J_sw [kg m^2]
+    damping: float  # beta_sw [N m s/rad]
     inertia_deviation: float
     damping_deviation: float
-    residual: float
+    residual: float  # root mean square residual torque after smoothing [N m]
     strength: float
 
 
@@ -131,8 +118,7 @@ def _weighted(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
 
 DEFAULT_FREE = ("steering_wheel_damping", "motor_damping", "motor_friction", "motor_friction_stiffness")
 """Parameters identified by default, as in Raffone, section 2.2: damping of wheel and motor, and Dahl friction."""
-DESIGN = ("motor_ratio",)
-"""Design parameters, which follow from numbers of teeth and are not identified."""
+DESIGN = ("motor_ratio",)  # Design parameters, which follow from numbers of teeth and are not identified
 FRICTION = ("motor_friction", "motor_friction_stiffness")
 WHEEL_SIDE = ("steering_wheel_inertia", "steering_wheel_damping")
 

@@ -27,8 +27,7 @@ _TURNED = {
     "motor_torque and steering_wheel_angle": (-1, -1, 1, 1),
 }
 """Signs of motor torque and of the three outputs, by the reversed signals; all four reversed are a mere convention."""
-_FACTORS = (0.1, 0.5, 2.0, 10.0)
-"""Candidate factors of a wrong time base."""
+_FACTORS = (0.1, 0.5, 2.0, 10.0)  # Candidate factors of a wrong time base
 
 
 def refuse_slips(recording: BenchRecording, search: MaximumLikelihood) -> None:
@@ -98,17 +97,12 @@ _FITTED, _STEPS = 3, 10
 
 
 class Misfit(NamedTuple):
-    """A fixed parameter that contradicts the recordings.
-
-    Args:
-        likelier: value near which the recordings are more likely
-        gain: increase of the log-likelihood per sample [nat]
-    """
+    """A fixed parameter that contradicts the recordings."""
 
     name: str
     held: float
-    likelier: float
-    gain: float
+    likelier: float  # value near which the recordings are more likely
+    gain: float  # increase of the log-likelihood per sample [nat]
 
 
 def misfit(

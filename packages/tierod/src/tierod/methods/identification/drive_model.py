@@ -36,8 +36,7 @@ START = {
 }
 """Standard deviations of the motion at the start of a stretch of driving, in the units of the states."""
 
-GATE = 16.0
-"""Gate of the filter: bound of a squared innovation over its variance, beyond which the noise is raised."""
+GATE = 16.0  # Gate of the filter: bound of a squared innovation over its variance, beyond which the noise is raised
 
 
 class DriveState(NamedTuple):
@@ -49,14 +48,10 @@ class DriveState(NamedTuple):
 
 @dataclass(frozen=True)
 class DriveParameters:
-    """Parameters of the model.
+    """Parameters of the model."""
 
-    Args:
-        sampled: of the lateral motion
-        superelevation: share of the lateral acceleration in a bend that the bank of the road compensates
-    """
-
-    sampled: Sampled
+    sampled: Sampled  # of the lateral motion
+    # share of the lateral acceleration in a bend that the bank of the road compensates
     superelevation: Annotated[float, ""] = 0.0
 
 
@@ -89,29 +84,25 @@ DRIVE_MODEL: Model = model_like(
 
 @dataclass(frozen=True)
 class DriveNoises:
-    """Noises of model and sensors in an ordinary drive, named as in a vehicle file where it has them.
+    """Noises of model and sensors in an ordinary drive, named as in a vehicle file where it has them."""
 
-    Args:
-        yaw_rate_noise, lateral_acceleration_noise: standard deviation of one measurement
-        lateral_speed_drift, yaw_rate_drift: growth of the model error per square root of time
-        bank_wander, bank_wander_time: standard deviation and correlation time of the bank beside the superelevation
-        superelevation: share of the lateral acceleration in a bend that the bank of the road compensates
-        roll_rate_drift: growth of the model error per square root of time
-        road_wheel_angle_wander, road_wheel_angle_wander_time: standard deviation and correlation time of the error of
-            the angle, by twist and gears
-        lateral_acceleration_zero, yaw_rate_zero, steering_zero: prior standard deviations of the sensor zeros
-    """
-
+    # yaw_rate_noise, lateral_acceleration_noise: standard deviation of one measurement
     yaw_rate_noise: Annotated[float, "rad/s"] = 0.004
     lateral_acceleration_noise: Annotated[float, "m/s**2"] = 0.3
+    # lateral_speed_drift, yaw_rate_drift: growth of the model error per square root of time
     lateral_speed_drift: Annotated[float, "m/s**1.5"] = 0.05
     yaw_rate_drift: Annotated[float, "rad/s**1.5"] = 0.02
-    roll_rate_drift: Annotated[float, "rad/s**1.5"] = 0.002
+    roll_rate_drift: Annotated[float, "rad/s**1.5"] = 0.002  # growth of the model error per square root of time
+    # bank_wander, bank_wander_time: standard deviation and correlation time of the bank beside the superelevation
     bank_wander: Annotated[float, "rad"] = 0.015
     bank_wander_time: Annotated[float, "s"] = 10.0
+    # share of the lateral acceleration in a bend that the bank of the road compensates
     superelevation: Annotated[float, ""] = 0.1
+    # road_wheel_angle_wander, road_wheel_angle_wander_time: standard deviation and correlation time of the error of the
+    # angle, by twist and gears
     road_wheel_angle_wander: Annotated[float, "rad"] = 0.001
     road_wheel_angle_wander_time: Annotated[float, "s"] = 3.0
+    # lateral_acceleration_zero, yaw_rate_zero, steering_zero: prior standard deviations of the sensor zeros
     lateral_acceleration_zero: Annotated[float, "m/s**2"] = 0.2
     yaw_rate_zero: Annotated[float, "rad/s"] = 0.01
     steering_zero: Annotated[float, "rad"] = 0.005
@@ -190,15 +181,10 @@ class DriveScore(NamedTuple):
 
 @dataclass(frozen=True)
 class DriveLikelihood:
-    """The terms of the likelihood of a drive.
+    """The terms of the likelihood of a drive."""
 
-    Args:
-        filter: from `drive_filter`
-        ratio: road-wheel angle over the measured angle
-    """
-
-    filter: KalmanFilter
-    ratio: Annotated[float, ""]
+    filter: KalmanFilter  # from `drive_filter`
+    ratio: Annotated[float, ""]  # road-wheel angle over the measured angle
 
     Sample = DriveSample
     Output = DriveScore

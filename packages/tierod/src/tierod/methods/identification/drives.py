@@ -14,12 +14,9 @@ from tierod.io.derive import complete, ingredients
 from tierod.methods.identification.drive_model import SLOWEST
 from tierod.vehicles import Vehicle
 
-RATE = 50.0
-"""Sample rate [Hz]; yaw and roll of a car are below 5 Hz."""
-HELD = 0.2
-"""Longest gap of a speed or an angle that is bridged [s]."""
-LEAST_DRIVEN = 30.0
-"""Smallest time of a drive above the slowest speed [s]."""
+RATE = 50.0  # Sample rate [Hz]; yaw and roll of a car are below 5 Hz
+HELD = 0.2  # Longest gap of a speed or an angle that is bridged [s]
+LEAST_DRIVEN = 30.0  # Smallest time of a drive above the slowest speed [s]
 
 SPEED, ALONG, LATERAL, YAW = "vehicle_speed", "longitudinal_acceleration", "lateral_acceleration", "yaw_rate"
 ANGLES = ("road_wheel_angle", "steering_wheel_angle")
@@ -28,18 +25,12 @@ SIGNALS = ingredients((SPEED, ALONG, *ANGLES, YAW, LATERAL))
 
 
 class Drive(NamedTuple):
-    """One drive, resampled for identification.
-
-    Args:
-        samples: of `DriveSample`, (n, 5); inputs of the model are means since the sample before
-        angle: name of the signal of the steering angle
-        driven: time above the slowest speed with all signals [s]
-    """
+    """One drive, resampled for identification."""
 
     name: str
-    samples: np.ndarray
-    angle: str
-    driven: float
+    samples: np.ndarray  # of `DriveSample`, (n, 5); inputs of the model are means since the sample before
+    angle: str  # name of the signal of the steering angle
+    driven: float  # time above the slowest speed with all signals [s]
 
 
 def drive_of(name: str, recording: Recording) -> Drive:
@@ -90,30 +81,22 @@ def _driven(samples: np.ndarray) -> float:
 YAW_ALIKE, SPEED_ALIKE = 0.15, 0.02
 """Largest difference of two recordings of one drive [-]: of the yaw rates over their spread, of the speeds over their
 mean, root mean squares. Rounding and resampling make a tenth of it; laps of one driver differ by 0.3 and 0.05."""
-SHORTEST: Annotated[float, "s"] = 30.0
-"""Shortest common time of two recordings of one drive."""
-SAME_ANGLE = 0.02
-"""Relative difference of two steering angles up to which they are one signal [-]."""
+SHORTEST: Annotated[float, "s"] = 30.0  # Shortest common time of two recordings of one drive
+SAME_ANGLE = 0.02  # Relative difference of two steering angles up to which they are one signal [-]
 ELSEWHERE = 2.0
 """Factor by which the steering angle must be too large or too small to be one of another place [-]; ratios of a class
 differ by a tenth, steering and road wheels by 12 and more."""
-SLOW: Annotated[float, "m/s"] = 12.0
-"""Speed up to which the geometry of the turn makes most of the steering angle."""
-TURNING: Annotated[float, "rad/s"] = 0.05
-"""Yaw rate from which a turn counts, above offsets of the sensor."""
+SLOW: Annotated[float, "m/s"] = 12.0  # Speed up to which the geometry of the turn makes most of the steering angle
+TURNING: Annotated[float, "rad/s"] = 0.05  # Yaw rate from which a turn counts, above offsets of the sensor
 _ELSEWHERE = "measured at another place, such as the road wheels, or has another unit"
 
 
 class Twice(NamedTuple):
-    """Two recordings of one drive.
-
-    Args:
-        factor: steering angle of the second over that of the first; NaN where they are not in proportion
-    """
+    """Two recordings of one drive."""
 
     first: str
     second: str
-    factor: float
+    factor: float  # steering angle of the second over that of the first; NaN where they are not in proportion
 
     def __str__(self) -> str:
         same = f"{self.first} and {self.second} hold the same drive"

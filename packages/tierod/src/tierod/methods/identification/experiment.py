@@ -15,30 +15,23 @@ from tierod.models.linear import describe
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-P = TypeVar("P", bound="DataclassInstance")
-"""Parameters of a model, a dataclass."""
+P = TypeVar("P", bound="DataclassInstance")  # Parameters of a model, a dataclass
 
-INTERVAL = 1.959964
-"""Half width of the 95 % interval of a normal distribution [standard deviations]."""
+INTERVAL = 1.959964  # Half width of the 95 % interval of a normal distribution [standard deviations]
 UNKNOWN_BEFORE: tuple[float, float | None] = (math.nan, None)
 """Value and standard deviation of a parameter that is not in the vehicle file."""
 
 
 @dataclass(frozen=True, eq=False)
 class Experiment:
-    """One recording of a plant, on a uniform grid.
-
-    Args:
-        inputs: of the model, shape (n, inputs), without gaps
-        measured: outputs of the model, shape (n, outputs); NaN where missing
-        setting: parameters of the model that are specific to this experiment, by name
-    """
+    """One recording of a plant, on a uniform grid."""
 
     name: str
-    inputs: np.ndarray
-    measured: np.ndarray
+    inputs: np.ndarray  # of the model, shape (n, inputs), without gaps
+    measured: np.ndarray  # outputs of the model, shape (n, outputs); NaN where missing
     initial_mean: tuple[float, ...]
     initial_variance: tuple[float, ...]
+    # parameters of the model that are specific to this experiment, by name
     setting: Mapping[str, float] = field(default_factory=dict)
 
     @property
@@ -49,15 +42,12 @@ class Experiment:
 
 @dataclass(frozen=True)
 class Free:
-    """A parameter to be identified.
-
-    Args:
-        positive: whether it must be positive: then its logarithm is the coordinate of the search, and `spread` relative
-        spread: prior standard deviation about the start, in the coordinate of the search; None without a prior
-    """
+    """A parameter to be identified."""
 
     name: str
+    # whether it must be positive: then its logarithm is the coordinate of the search, and `spread` relative
     positive: bool = True
+    # prior standard deviation about the start, in the coordinate of the search; None without a prior
     spread: float | None = None
 
     def coordinate(self, value: float) -> float:
@@ -86,24 +76,16 @@ def with_values(parameters: P, free: Sequence[Free], place: np.ndarray, setting:
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """Estimate of an identification.
-
-    Args:
-        start, values: before and after
-        covariance: of the coordinates of the search, also valid for autocorrelated residuals
-        information: second derivatives of the cost, with the prior
-        cost: half the sum of squares, or the negative log-likelihood
-        residuals: standardised, of every experiment, shape (n, outputs); NaN where missing
-        input_deviation, output_deviation: estimated or assumed standard deviations of the noise; empty for none
-    """
+    """Estimate of an identification."""
 
     free: tuple[Free, ...]
-    start: tuple[float, ...]
+    start: tuple[float, ...]  # start, values: before and after
     values: tuple[float, ...]
-    covariance: np.ndarray
-    information: np.ndarray
-    cost: float
-    residuals: tuple[np.ndarray, ...]
+    covariance: np.ndarray  # of the coordinates of the search, also valid for autocorrelated residuals
+    information: np.ndarray  # second derivatives of the cost, with the prior
+    cost: float  # half the sum of squares, or the negative log-likelihood
+    residuals: tuple[np.ndarray, ...]  # standardised, of every experiment, shape (n, outputs); NaN where missing
+    # input_deviation, output_deviation: estimated or assumed standard deviations of the noise; empty for none
     input_deviation: tuple[float, ...] = ()
     output_deviation: tuple[float, ...] = ()
     steps: int = 0
@@ -151,22 +133,17 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Found:
-    """A parameter before and after identification.
-
-    Args:
-        before, before_deviation: value and standard deviation in the vehicle file; NaN and None where it has none
-        low, high: ends of the 95 % interval
-        method: name of the method, such as "instruments", "likelihood" or "drives"
-    """
+    """A parameter before and after identification."""
 
     name: str
+    # before, before_deviation: value and standard deviation in the vehicle file; NaN and None where it has none
     before: float
     before_deviation: float | None
     value: float
     deviation: float
-    low: float
+    low: float  # low, high: ends of the 95 % interval
     high: float
-    method: str
+    method: str  # name of the method, such as "instruments", "likelihood" or "drives"
 
     @classmethod
     def normal(
@@ -182,20 +159,14 @@ class Found:
         return self.value / self.before - 1.0 if self.before else math.nan
 
 
-LAGS = 25
-"""Number of lags of the autocorrelation of residuals."""
+LAGS = 25  # Number of lags of the autocorrelation of residuals
 
 
 class Whiteness(NamedTuple):
-    """Autocorrelation of residuals.
+    """Autocorrelation of residuals."""
 
-    Args:
-        largest: in magnitude, of lags 1 to 25, with its sign
-        outside: share of these lags outside the 95 % band of white noise; 0.05 for white residuals
-    """
-
-    largest: float
-    outside: float
+    largest: float  # in magnitude, of lags 1 to 25, with its sign
+    outside: float  # share of these lags outside the 95 % band of white noise; 0.05 for white residuals
 
 
 def normalised_error(simulated: np.ndarray, measured: np.ndarray) -> float:
@@ -224,14 +195,10 @@ interval differ by a factor of about two."""
 
 
 class Blind(NamedTuple):
-    """A direction of the free parameters that the experiments do not identify.
-
-    Args:
-        direction: as text: "0.71 motor_friction - 0.7 motor_damping"
-    """
+    """A direction of the free parameters that the experiments do not identify."""
 
     deviation: float
-    direction: str
+    direction: str  # as text: "0.71 motor_friction - 0.7 motor_damping"
     names: tuple[str, ...]
 
 

@@ -40,47 +40,33 @@ _SIGNALS = ("steering_wheel_angle", "steering_wheel_rate", "driver_torque", "mot
 
 
 class NoisySignal(NamedTuple):
-    """Noise of a signal, and its effect.
-
-    Args:
-        friction_deviation: standard deviation of the friction that the noise causes [N m]
-    """
+    """Noise of a signal, and its effect."""
 
     name: str
     noise: Noise
-    friction_deviation: float
+    friction_deviation: float  # standard deviation of the friction that the noise causes [N m]
 
 
 @dataclass(frozen=True)
 class HysteresisFriction:
-    """Friction of the steering system over all closed loops of one recording.
+    """Friction of the steering system over all closed loops of one recording."""
 
-    Args:
-        support: "hoist" (internal friction only) or "ground" (with tyre scrub)
-        friction_torque: mean over the loops [N m]
-        standard_deviation: of the mean, by damping, closing gap, scatter of the loops, work lost in reversals, and
-            noise of the signals [N m]
-        independent_deviation: part without the damping, which is common to recordings of one vehicle [N m]
-        noises: noise of the angle and of both torques, with its part in the deviation
-        damping_deviation: standard deviation of the damping [N m s/rad]
-        mean_rate: mean rate, at which the damping acted [rad/s]
-        pre_sliding: angle over which friction builds up after a reversal, None where it is not observable
-        angle, torque: the loops for plotting, of the column below the torsion bar [rad], [N m]; without inertial and
-            viscous torque
-        profile_angle, profile_friction: half width of the loop over the angle [rad], [N m]; NaN where not traversed
-    """
-
-    support: Support
-    friction_torque: float
+    support: Support  # "hoist" (internal friction only) or "ground" (with tyre scrub)
+    friction_torque: float  # mean over the loops [N m]
+    # of the mean, by damping, closing gap, scatter of the loops, work lost in reversals, and noise of the signals [N m]
     standard_deviation: float
-    independent_deviation: float
-    noises: tuple[NoisySignal, ...]
-    damping_deviation: float
-    mean_rate: float
+    independent_deviation: float  # part without the damping, which is common to recordings of one vehicle [N m]
+    noises: tuple[NoisySignal, ...]  # noise of the angle and of both torques, with its part in the deviation
+    damping_deviation: float  # standard deviation of the damping [N m s/rad]
+    mean_rate: float  # mean rate, at which the damping acted [rad/s]
     loops: tuple[WorkBalance, ...]
+    # angle over which friction builds up after a reversal, None where it is not observable
     pre_sliding: PreSliding | None
+    # angle, torque: the loops for plotting, of the column below the torsion bar [rad], [N m]; without inertial and
+    # viscous torque
     angle: np.ndarray
     torque: np.ndarray
+    # profile_angle, profile_friction: half width of the loop over the angle [rad], [N m]; NaN where not traversed
     profile_angle: np.ndarray
     profile_friction: np.ndarray
 

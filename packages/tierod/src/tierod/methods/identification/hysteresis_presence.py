@@ -21,17 +21,12 @@ only friction depends on the direction of motion; with 2 to 8 N*m of friction th
 
 @dataclass(frozen=True)
 class HysteresisPresence:
-    """Explained share of the build-up of friction, compared with that of time-shifted copies.
+    """Explained share of the build-up of friction, compared with that of time-shifted copies."""
 
-    Args:
-        share: of the variance of the build-up not explained by other causes, the share explained by both torques [-]
-        chance: the largest such share for copies of the build-up shifted in time [-]
-        seconds: length of the recording [s]
-    """
-
+    # of the variance of the build-up not explained by other causes, the share explained by both torques [-]
     share: float
-    chance: float
-    seconds: float
+    chance: float  # the largest such share for copies of the build-up shifted in time [-]
+    seconds: float  # length of the recording [s]
 
     @property
     def present(self) -> bool:

@@ -18,35 +18,23 @@ from tierod.physics.inverter import phase_signs
 
 WINDOW = 2e-3
 """Length of the windows of the voltage balance [s]: longer than the noise of a current, short against a turn."""
-BLOCK = 50
-"""Number of consecutive windows whose residuals may be correlated: a tenth of a second."""
-KNEES = (0.02, 50.0)
-"""Limits of the search for the knee current [A]."""
-_STEP = 1e-3
-"""Step of the logarithm of the knee for its derivative."""
+BLOCK = 50  # Number of consecutive windows whose residuals may be correlated: a tenth of a second
+KNEES = (0.02, 50.0)  # Limits of the search for the knee current [A]
+_STEP = 1e-3  # Step of the logarithm of the knee for its derivative
 
 
 class InverterFit(NamedTuple):
-    """Least squares of a motor behind an inverter.
+    """Least squares of a motor behind an inverter."""
 
-    Args:
-        loss: voltage loss of a phase far above the knee [V]
-        loss_deviation: standard deviation of the loss [V]
-        knee: knee current [A]
-        resistance, inductance, flux: of the motor [ohm], [H], [V s]
-        unexplained: root mean square residual over that of the command [-]
-        without: the same ratio for a model without loss
-    """
-
-    loss: float
-    loss_deviation: float
-    knee: float
+    loss: float  # voltage loss of a phase far above the knee [V]
+    loss_deviation: float  # standard deviation of the loss [V]
+    knee: float  # knee current [A]
     knee_deviation: float
-    resistance: float
+    resistance: float  # resistance, inductance, flux: of the motor [ohm], [H], [V s]
     inductance: float
     flux: float
-    unexplained: float
-    without: float
+    unexplained: float  # root mean square residual over that of the command [-]
+    without: float  # the same ratio for a model without loss
 
 
 @dataclass(frozen=True)
@@ -158,17 +146,13 @@ def _deviations(windows: _Windows, knee: float, values: np.ndarray) -> np.ndarra
     return np.sqrt(np.diag(inverse @ (blocks.T @ blocks) @ inverse))
 
 
-NAMES = ("inverter_voltage_loss", "inverter_knee_current")
-"""Names of the parameters in a vehicle file."""
+NAMES = ("inverter_voltage_loss", "inverter_knee_current")  # Names of the parameters in a vehicle file
 
-SEEN = 4.0
-"""Smallest significant loss, in standard deviations."""
+SEEN = 4.0  # Smallest significant loss, in standard deviations
 WORTH = 0.95
 """Residual with a loss over that without, above which no loss is found [-]; a knee above all currents is a resistor."""
-VAGUE = 0.3
-"""Standard deviation of the knee's logarithm above which the knee is not identified."""
-UNEXPLAINED = 0.1
-"""Largest unexplained share of the command [-]: a fault-free bench has 0.01 to 0.02."""
+VAGUE = 0.3  # Standard deviation of the knee's logarithm above which the knee is not identified
+UNEXPLAINED = 0.1  # Largest unexplained share of the command [-]: a fault-free bench has 0.01 to 0.02
 
 
 @dataclass(frozen=True)

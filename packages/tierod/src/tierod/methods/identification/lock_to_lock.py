@@ -22,18 +22,12 @@ LEAST_READINGS = 50
 
 @dataclass(frozen=True)
 class Loop:
-    """A stretch of samples over which the steering wheel returns to its initial angle.
-
-    Args:
-        last: index of its last sample (inclusive)
-        turning_points: indices where the direction changes, between first and last (both excluded)
-        gap: angle at the last sample less angle at the first one [rad]
-    """
+    """A stretch of samples over which the steering wheel returns to its initial angle."""
 
     first: int
-    last: int
-    turning_points: tuple[int, ...]
-    gap: float
+    last: int  # index of its last sample (inclusive)
+    turning_points: tuple[int, ...]  # indices where the direction changes, between first and last (both excluded)
+    gap: float  # angle at the last sample less angle at the first one [rad]
 
     @property
     def corners(self) -> tuple[int, ...]:
@@ -168,33 +162,23 @@ class Motion(NamedTuple):
 
 @dataclass(frozen=True)
 class WorkBalance:
-    """The terms of eq (16) over one closed loop, and eq (17) for the loop and for each direction.
+    """The terms of eq (16) over one closed loop, and eq (17) for the loop and for each direction."""
 
-    Args:
-        start, stop: times of the loop [s]
-        driver_work, motor_work, kinetic_energy, viscous_work: terms of eq (15) [J]
-        path: integral of |d angle| [rad]
-        friction_torque: eq (17) [N m]
-        friction_towards_left, friction_towards_right: mean resisting torque of the strokes in one direction [N m];
-            for locks symmetrical about the centre they differ by twice the offset of the torque sensor
-        mean_rate: viscous work over path and damping, the mean rate for damping [rad/s]
-        gap: difference of the angles at both ends [rad]
-        torque_range: largest less smallest torque [N m]
-    """
-
-    start: float
+    start: float  # start, stop: times of the loop [s]
     stop: float
-    driver_work: float
+    driver_work: float  # driver_work, motor_work, kinetic_energy, viscous_work: terms of eq (15) [J]
     motor_work: float
     kinetic_energy: float
     viscous_work: float
-    path: float
-    friction_torque: float
+    path: float  # integral of |d angle| [rad]
+    friction_torque: float  # eq (17) [N m]
+    # friction_towards_left, friction_towards_right: mean resisting torque of the strokes in one direction [N m]; for
+    # locks symmetrical about the centre they differ by twice the offset of the torque sensor
     friction_towards_left: float
     friction_towards_right: float
-    mean_rate: float
-    gap: float
-    torque_range: float
+    mean_rate: float  # viscous work over path and damping, the mean rate for damping [rad/s]
+    gap: float  # difference of the angles at both ends [rad]
+    torque_range: float  # largest less smallest torque [N m]
 
 
 def work_balance(loop: Loop, motion: Motion, inertia: float, damping: float) -> WorkBalance:
@@ -268,17 +252,11 @@ def integral(values: np.ndarray, over: np.ndarray) -> float:
 
 
 class Noise(NamedTuple):
-    """Noise of the readings of a signal about its local course.
+    """Noise of the readings of a signal about its local course."""
 
-    Args:
-        deviation: standard deviation of a reading [its unit]
-        jitter: standard deviation of the time stamps that explains a noise of moving readings alone; else 0 [s]
-        readings: indices of the samples that hold a new reading
-    """
-
-    deviation: float
-    jitter: float
-    readings: np.ndarray
+    deviation: float  # standard deviation of a reading [its unit]
+    jitter: float  # standard deviation of the time stamps that explains a noise of moving readings alone; else 0 [s]
+    readings: np.ndarray  # indices of the samples that hold a new reading
 
 
 def noise_of(values: np.ndarray, time: np.ndarray) -> Noise:

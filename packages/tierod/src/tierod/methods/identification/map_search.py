@@ -32,22 +32,15 @@ standard deviation."""
 
 
 class Place(NamedTuple):
-    """Cost at a place of the search, with its derivatives with respect to the moving coordinates.
+    """Cost at a place of the search, with its derivatives with respect to the moving coordinates."""
 
-    Args:
-        cost: negative logarithm of the posterior density, without its constant
-        information: of the cost with the prior, from the derivatives of innovations and of their standard deviations
-        scores: gradient of every sample, per recording
-        shares: information of each recording alone, without the prior
-        whitened: innovations over their standard deviations, per recording
-    """
-
-    cost: float
+    cost: float  # negative logarithm of the posterior density, without its constant
     gradient: np.ndarray
+    # of the cost with the prior, from the derivatives of innovations and of their standard deviations
     information: np.ndarray
-    scores: tuple[np.ndarray, ...]
-    shares: tuple[np.ndarray, ...]
-    whitened: tuple[np.ndarray, ...]
+    scores: tuple[np.ndarray, ...]  # gradient of every sample, per recording
+    shares: tuple[np.ndarray, ...]  # information of each recording alone, without the prior
+    whitened: tuple[np.ndarray, ...]  # innovations over their standard deviations, per recording
 
 
 class End(NamedTuple):
@@ -65,25 +58,18 @@ class MapSearch:
 
     Derivatives are finite differences of whole runs of the filter: a graph of sensitivities, because of the covariance,
     would be twenty times as large as the filter, which is compiled once and runs in 0.3 microseconds per sample.
-
-    Args:
-        count: number of recordings
-        centre, precision: of the normal prior of every coordinate; a precision of zero for none
-        least: lower bounds of the coordinates
-        step: of the finite differences
-        weight: exponent of the likelihood, which limits the effective number of measurements
-        patience: number of steps that end a search if they together gain less than the required decrease; several
-            where the quadratic approximation may predict a decrease that no step finds, as with gated measurements
     """
 
     scored: Scored
-    count: int
-    centre: np.ndarray
+    count: int  # number of recordings
+    centre: np.ndarray  # centre, precision: of the normal prior of every coordinate; a precision of zero for none
     precision: np.ndarray
-    least: np.ndarray
-    step: float
-    weight: float = 1.0
+    least: np.ndarray  # lower bounds of the coordinates
+    step: float  # of the finite differences
+    weight: float = 1.0  # exponent of the likelihood, which limits the effective number of measurements
     most_steps: int = 40
+    # number of steps that end a search if they together gain less than the required decrease; several where the
+    # quadratic approximation may predict a decrease that no step finds, as with gated measurements
     patience: int = 1
 
     def cost(self, place: np.ndarray) -> float:
@@ -164,29 +150,21 @@ class MapSearch:
         return step
 
 
-STEP = 1e-3
-"""Step of the finite differences [prior standard deviations]."""
-ENOUGH = 0.02
-"""Predicted increase of the log-posterior below which a search ends [nat]."""
-PATIENCE = 4
-"""Number of steps that end a search if they together gain less than the required increase, see `MapSearch`."""
+STEP = 1e-3  # Step of the finite differences [prior standard deviations]
+ENOUGH = 0.02  # Predicted increase of the log-posterior below which a search ends [nat]
+PATIENCE = 4  # Number of steps that end a search if they together gain less than the required increase, see `MapSearch`
 TRUSTED = 6000.0
 """Upper limit of the effective number of measurements: beyond it, errors of the model determine the accuracy."""
 
 
 @dataclass(frozen=True)
 class Prior:
-    """Prior of a parameter: normal, or lognormal if it is positive.
-
-    Args:
-        deviation: one standard deviation, in the unit of the value
-        positive: whether the logarithm is the coordinate
-    """
+    """Prior of a parameter: normal, or lognormal if it is positive."""
 
     name: str
     value: float
-    deviation: float
-    positive: bool = True
+    deviation: float  # one standard deviation, in the unit of the value
+    positive: bool = True  # whether the logarithm is the coordinate
     low: float = -math.inf
     high: float = math.inf
 
@@ -207,21 +185,15 @@ class Prior:
 
 
 class Posterior(NamedTuple):
-    """Result of a search.
-
-    Args:
-        place: of the most probable parameters, in prior standard deviations
-        covariance: of the place, from recordings and prior
-        unseen: additional covariance by fixed parameters and model errors, see `considering`
-    """
+    """Result of a search."""
 
     priors: tuple[Prior, ...]
-    place: np.ndarray
-    covariance: np.ndarray
+    place: np.ndarray  # of the most probable parameters, in prior standard deviations
+    covariance: np.ndarray  # of the place, from recordings and prior
     at: Place
     steps: int
     converged: bool
-    unseen: np.ndarray
+    unseen: np.ndarray  # additional covariance by fixed parameters and model errors, see `considering`
 
     @property
     def values(self) -> dict[str, float]:
@@ -243,19 +215,13 @@ whitened innovations, followed by the logarithms of their standard deviations.""
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """Search for the most probable parameters.
-
-    Args:
-        recordings: samples of the blocks, (n, inputs) each
-        outputs: number of measurements per sample, the last inputs of the block
-        trusted: upper limit of the effective number of measurements
-    """
+    """Search for the most probable parameters."""
 
     priors: tuple[Prior, ...]
-    recordings: Sequence[np.ndarray]
+    recordings: Sequence[np.ndarray]  # samples of the blocks, (n, inputs) each
     built: Built
-    outputs: int
-    trusted: float = TRUSTED
+    outputs: int  # number of measurements per sample, the last inputs of the block
+    trusted: float = TRUSTED  # upper limit of the effective number of measurements
 
     @cached_property
     def weight(self) -> float:

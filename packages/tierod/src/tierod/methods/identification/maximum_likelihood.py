@@ -45,17 +45,13 @@ class Simulation:
 
     The sensitivities follow from the chain rule with the automatic Jacobians of one step: they are exact, and need one
     scan for all. A missing input holds the state.
-
-    Args:
-        parameters: of the model; its floats are tuning
-        free: names of the parameters of the derivatives
-        free_states: indices of the entries of the initial state whose derivatives follow those of the parameters
     """
 
     model: Model
-    parameters: Tree
+    parameters: Tree  # of the model; its floats are tuning
     initial: Tree
-    free: tuple[str, ...] = ()
+    free: tuple[str, ...] = ()  # names of the parameters of the derivatives
+    # indices of the entries of the initial state whose derivatives follow those of the parameters
     free_states: tuple[int, ...] = ()
 
     @property
@@ -96,15 +92,10 @@ class Simulation:
 
 
 class Surprise(NamedTuple):
-    """Standardised innovations of a sample.
+    """Standardised innovations of a sample."""
 
-    Args:
-        standardised: innovation given the past and the outputs before it, over its standard deviation
-        logarithm: natural logarithm of that standard deviation; 0 where the output is missing
-    """
-
-    standardised: Tree
-    logarithm: Tree
+    standardised: Tree  # innovation given the past and the outputs before it, over its standard deviation
+    logarithm: Tree  # natural logarithm of that standard deviation; 0 where the output is missing
 
 
 @dataclass(frozen=True)
@@ -171,8 +162,7 @@ class Innovations:
         return mean, covariance, Surprise(rebuild(outputs, standardised), rebuild(outputs, logarithms))
 
 
-Progress = Callable[[float], None]
-"""Called with the completed share."""
+Progress = Callable[[float], None]  # Called with the completed share
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,38 +172,27 @@ class MaximumLikelihood:
     Noise of an input (an unrecorded torque) drives the model. A simulation without it drifts, which least squares of
     simulated outputs would attribute to wrong parameters. For an exact input the estimated noise is zero, and the
     estimate that of least squares (`OutputError`).
-
-    Args:
-        parameters: of the model: values of the fixed ones, and start of the free ones
-        input_deviation: standard deviation of the noise of every input per sample, at the start
-        output_deviation: standard deviation of the noise of every output, at the start
-        tangent: model for the filter's Jacobians, see `Innovations`
-        widened: factors on the noise of the inputs with which the parameters are fitted first, at fixed noises, since
-            the likelihood for small noise has many local maxima
-        most_steps: largest number of steps of each part of the search
-        starts: further starts, as shifts of the coordinates
-        begin_again: largest number of further searches if one has not converged: from the start, then from the best
-            place
     """
 
     model: Model
-    parameters: Tree
+    parameters: Tree  # of the model: values of the fixed ones, and start of the free ones
     free: tuple[Free, ...]
-    input_deviation: tuple[float, ...]
-    output_deviation: tuple[float, ...]
-    tangent: Model | None = None
+    input_deviation: tuple[float, ...]  # standard deviation of the noise of every input per sample, at the start
+    output_deviation: tuple[float, ...]  # standard deviation of the noise of every output, at the start
+    tangent: Model | None = None  # model for the filter's Jacobians, see `Innovations`
+    # factors on the noise of the inputs with which the parameters are fitted first, at fixed noises, since the
+    # likelihood for small noise has many local maxima
     widened: tuple[float, ...] = (5.0, 1.5)
-    most_steps: int = 30
-    starts: tuple[tuple[float, ...], ...] = ()
+    most_steps: int = 30  # largest number of steps of each part of the search
+    starts: tuple[tuple[float, ...], ...] = ()  # further starts, as shifts of the coordinates
+    # largest number of further searches if one has not converged: from the start, then from the best place
     begin_again: int = 2
 
     STEP = 1e-5
     """Step of the finite differences in the coordinates of the search. It shifts the result by half of it, far less
     than a standard deviation, and is a million times the rounding errors of a run."""
-    ENOUGH = 0.01
-    """A smaller decrease of the cost ends the search."""
-    LEAST_NOISE = 1e-2
-    """Lower limit of the noises, over those at the start [-]."""
+    ENOUGH = 0.01  # A smaller decrease of the cost ends the search
+    LEAST_NOISE = 1e-2  # Lower limit of the noises, over those at the start [-]
 
     @property
     def _count(self) -> int:

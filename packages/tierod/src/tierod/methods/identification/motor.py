@@ -32,23 +32,15 @@ class Unidentified(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class MotorIdentification:
-    """Result of the identification of a motor.
+    """Result of the identification of a motor."""
 
-    Args:
-        found: identified parameters, resistance and flux at 20 degrees Celsius
-        unidentified: parameters that the recordings do not identify
-        electrical: parameters from currents and voltages, at the temperature of the motor
-        mechanical: parameters from torque and angle; None if the shaft did not turn, or the flux is unknown
-        torque_ratio: measured torque over that of flux and current; None if no torque was recorded
-        remarks: sentences on defects of recordings and fit
-    """
-
-    found: tuple[Found, ...]
-    unidentified: tuple[Unidentified, ...]
-    electrical: Electrical
+    found: tuple[Found, ...]  # identified parameters, resistance and flux at 20 degrees Celsius
+    unidentified: tuple[Unidentified, ...]  # parameters that the recordings do not identify
+    electrical: Electrical  # parameters from currents and voltages, at the temperature of the motor
+    # parameters from torque and angle; None if the shaft did not turn, or the flux is unknown
     mechanical: Mechanical | None
-    torque_ratio: Value | None
-    remarks: tuple[str, ...]
+    torque_ratio: Value | None  # measured torque over that of flux and current; None if no torque was recorded
+    remarks: tuple[str, ...]  # sentences on defects of recordings and fit
 
     @property
     def doubt(self) -> str:
@@ -62,18 +54,13 @@ class MotorIdentification:
         return ""
 
 
-ROOM = 15.0
-"""Standard deviation of an unrecorded temperature about 20 degrees Celsius [K]."""
-SENSOR = 1.0
-"""Standard deviation of a recorded temperature of the winding [K]."""
+ROOM = 15.0  # Standard deviation of an unrecorded temperature about 20 degrees Celsius [K]
+SENSOR = 1.0  # Standard deviation of a recorded temperature of the winding [K]
 MAGNETS = 5.0
 """Standard deviation of the magnets' temperature about that of the winding at the start of a recording [K]."""
-_TURNED = 1.0
-"""Smallest total rotation of the shaft for an identification of its mechanics [rad]."""
-_ZERO = 0.02
-"""Electrical angle of the sensor's zero above which there is a remark [rad]."""
-_TORQUE = 0.03
-"""Relative difference of measured torque and that of flux and current above which there is a remark [-]."""
+_TURNED = 1.0  # Smallest total rotation of the shaft for an identification of its mechanics [rad]
+_ZERO = 0.02  # Electrical angle of the sensor's zero above which there is a remark [rad]
+_TORQUE = 0.03  # Relative difference of measured torque and that of flux and current above which there is a remark [-]
 _PHASE_SUM = 0.2
 """RMS of the sum of the phase currents over that of a phase, above which there is a remark [-]; sensor noise: 0.1."""
 _CLEAN = 0.05

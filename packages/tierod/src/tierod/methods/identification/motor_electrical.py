@@ -14,10 +14,8 @@ from tierod.methods.identification.motor_recording import MotorRecording
 from tierod.methods.identification.regression import Fit, Modulation, Rows, regress
 from tierod.physics.pm_motor import resistance_at
 
-_TURN = 1.5
-"""Largest electrical rotation within a window [rad]: a larger one would average out the rotating voltages."""
-_LENGTHS = (12, 64)
-"""Smallest and largest length of a window [samples]."""
+_TURN = 1.5  # Largest electrical rotation within a window [rad]: a larger one would average out the rotating voltages
+_LENGTHS = (12, 64)  # Smallest and largest length of a window [samples]
 _QUIET = 2e-4
 """Share of noise in the power of a regressor below which its bias, of the same relative size, is negligible [-]."""
 _ALIKE_PAST = 0.8
@@ -25,22 +23,15 @@ _ALIKE_PAST = 0.8
 
 
 class Equation(NamedTuple):
-    """Voltage equation of one recording in windows, as complex values in the stator's axes, without means.
+    """Voltage equation of one recording in windows, as complex values in the stator's axes, without means."""
 
-    Args:
-        columns: regressors of resistance (R), inductance along (D) and across (Q) the flux, and flux along (F) and
-            across (B) the zero of the angle sensor
-        instruments: instrumental variables of the columns, with independent noise
-        voltage: mean [V]
-        arc: correction of the mean current within a step, per flux over inductance
-        settling: correction of the mean current within a step, per resistance over inductance
-    """
-
+    # regressors of resistance (R), inductance along (D) and across (Q) the flux, and flux along (F) and across (B) the
+    # zero of the angle sensor
     columns: dict[str, np.ndarray]
-    instruments: dict[str, np.ndarray]
-    voltage: np.ndarray
-    arc: np.ndarray
-    settling: np.ndarray
+    instruments: dict[str, np.ndarray]  # instrumental variables of the columns, with independent noise
+    voltage: np.ndarray  # mean [V]
+    arc: np.ndarray  # correction of the mean current within a step, per flux over inductance
+    settling: np.ndarray  # correction of the mean current within a step, per resistance over inductance
 
 
 def equation(seen: MotorRecording, pole_pairs: float, warm: bool) -> Equation:
@@ -140,31 +131,18 @@ class Value(NamedTuple):
 
 @dataclass(frozen=True)
 class Electrical:
-    """Parameters from currents and voltages.
+    """Parameters from currents and voltages."""
 
-    Args:
-        resistance: of a phase [ohm]; at 20 degrees Celsius if the temperature was recorded
-        inductance: of a phase [H]; along the flux for a salient motor
-        inductance_q: across the flux [H]; None without saliency
-        flux: linkage of the magnets at their temperature [V s]
-        zero: electrical angle of the flux where the sensor reads zero [rad]
-        along: whether the current along the flux identifies its inductance
-        blind: names of parameters that these recordings do not identify or separate
-        unexplained: root mean square residual over that of the voltage [-]
-        voltage: root mean square of the voltage, without its mean [V]
-        warm: whether the resistance is that at 20 degrees Celsius
-    """
-
-    resistance: Value
-    inductance: Value
-    inductance_q: Value | None
-    flux: Value
-    zero: Value
-    along: bool
-    blind: tuple[str, ...]
-    unexplained: float
-    voltage: float
-    warm: bool
+    resistance: Value  # of a phase [ohm]; at 20 degrees Celsius if the temperature was recorded
+    inductance: Value  # of a phase [H]; along the flux for a salient motor
+    inductance_q: Value | None  # across the flux [H]; None without saliency
+    flux: Value  # linkage of the magnets at their temperature [V s]
+    zero: Value  # electrical angle of the flux where the sensor reads zero [rad]
+    along: bool  # whether the current along the flux identifies its inductance
+    blind: tuple[str, ...]  # names of parameters that these recordings do not identify or separate
+    unexplained: float  # root mean square residual over that of the voltage [-]
+    voltage: float  # root mean square of the voltage, without its mean [V]
+    warm: bool  # whether the resistance is that at 20 degrees Celsius
 
 
 def identify_electrical(

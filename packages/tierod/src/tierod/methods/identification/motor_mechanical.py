@@ -19,50 +19,32 @@ _STEP, _WINDOW = 1e-3, 0.04
 """Time step to which signals are averaged [s], short against the motion of a rotor; length of a window [s]."""
 _KNOTS, _APART = 32, 0.1
 """Largest number of intervals in which a load is linear in the angle; their smallest width [rad]."""
-_REACHES = (2e-3, 0.5)
-"""Smallest and largest angle of the build-up of dry friction [rad]."""
-_SLOTS = 6.0
-"""Periods of the cogging torque per electrical turn, for the usual 3 slots per pole pair."""
+_REACHES = (2e-3, 0.5)  # Smallest and largest angle of the build-up of dry friction [rad]
+_SLOTS = 6.0  # Periods of the cogging torque per electrical turn, for the usual 3 slots per pole pair
 _SAMPLED = 0.005
 """Relative uncertainty of the stiffness, by reversals between averaged samples [-]: the effect of a doubled step."""
-_MOVED = 1e-2
-"""Relative step of the build-up angle for its derivative."""
+_MOVED = 1e-2  # Relative step of the build-up angle for its derivative
 
 
 class Course(NamedTuple):
-    """Measured and explained torque of a recording over time.
-
-    Args:
-        time: [s], (n,)
-        driving: torque of flux and current, less a measured load [N m], (n,)
-        explained: torque of inertia, friction and a load as a function of the angle [N m], (n,)
-    """
+    """Measured and explained torque of a recording over time."""
 
     name: str
-    time: np.ndarray
-    driving: np.ndarray
-    explained: np.ndarray
+    time: np.ndarray  # [s], (n,)
+    driving: np.ndarray  # torque of flux and current, less a measured load [N m], (n,)
+    explained: np.ndarray  # torque of inertia, friction and a load as a function of the angle [N m], (n,)
 
 
 @dataclass(frozen=True, eq=False)
 class Mechanical:
-    """Parameters of the shaft from torque and angle.
+    """Parameters of the shaft from torque and angle."""
 
-    Args:
-        inertia: of the rotor and everything on its shaft [kg m^2]
-        damping: viscous [N m s/rad]
-        friction: level of dry friction [N m]
-        stiffness: initial stiffness of the build-up of dry friction [N m/rad]
-        turned: total rotation of the shaft [rad]
-        residual: root mean square of the unexplained torque [N m]
-    """
-
-    inertia: Value
-    damping: Value
-    friction: Value
-    stiffness: Value
-    turned: float
-    residual: float
+    inertia: Value  # of the rotor and everything on its shaft [kg m^2]
+    damping: Value  # viscous [N m s/rad]
+    friction: Value  # level of dry friction [N m]
+    stiffness: Value  # initial stiffness of the build-up of dry friction [N m/rad]
+    turned: float  # total rotation of the shaft [rad]
+    residual: float  # root mean square of the unexplained torque [N m]
     courses: tuple[Course, ...]
 
 

@@ -11,16 +11,12 @@ from tierod.core.recording import Recording
 from tierod.io.derive import complete
 from tierod.methods.analysis.noise import white_noise
 
-SHORTEST = 0.2
-"""Shortest duration [s]."""
+SHORTEST = 0.2  # Shortest duration [s]
 FASTEST = 0.5
 """Largest electrical rotation from sample to sample [rad]; with a larger one the direction becomes ambiguous."""
-_FEW = 50
-"""Number of samples of a torque above which it is used."""
-_FEWEST = 200
-"""Smallest number of samples for a regression over windows."""
-_MISSING = 0.2
-"""Largest share of missing samples [-]."""
+_FEW = 50  # Number of samples of a torque above which it is used
+_FEWEST = 200  # Smallest number of samples for a regression over windows
+_MISSING = 0.2  # Largest share of missing samples [-]
 
 
 _CURRENT = ("motor_current_alpha", "motor_current_beta")
@@ -31,33 +27,22 @@ _COMMAND = ("motor_target_voltage_alpha", "motor_target_voltage_beta")
 
 @dataclass(frozen=True, eq=False)
 class MotorRecording:
-    """A recording prepared for identification; vectors in the stator's axes as complex numbers, missing samples NaN.
-
-    Args:
-        step: sampling interval [s]
-        time: of the grid [s], (n,)
-        current: at the samples [A], (n,)
-        voltage: mean over the step that ends at a sample [V], (n,)
-        angle: of the shaft, unwrapped [rad], (n,)
-        temperature: of the winding [K], (n,), or None
-        load: measured torque that opposes the shaft [N m], (n,), or None
-        torque: times [s] and measured torque of the motor [N m], (k,) each, or None
-        angle_noise: standard deviation of the measured angle [rad]; None if `angle` was not interpolated
-        angle_step: sampling interval of the measured angle [s]; None if `angle` was not interpolated
-        phase_sum: root mean square of the sum of the phase currents over that of a phase; 0 if not all are recorded
-    """
+    """A recording prepared for identification; vectors in the stator's axes as complex numbers, missing samples NaN."""
 
     name: str
-    step: float
-    time: np.ndarray
-    current: np.ndarray
-    voltage: np.ndarray
-    angle: np.ndarray
-    temperature: np.ndarray | None = None
-    load: np.ndarray | None = None
+    step: float  # sampling interval [s]
+    time: np.ndarray  # of the grid [s], (n,)
+    current: np.ndarray  # at the samples [A], (n,)
+    voltage: np.ndarray  # mean over the step that ends at a sample [V], (n,)
+    angle: np.ndarray  # of the shaft, unwrapped [rad], (n,)
+    temperature: np.ndarray | None = None  # of the winding [K], (n,), or None
+    load: np.ndarray | None = None  # measured torque that opposes the shaft [N m], (n,), or None
+    # times [s] and measured torque of the motor [N m], (k,) each, or None
     torque: tuple[np.ndarray, np.ndarray] | None = None
+    # standard deviation of the measured angle [rad]; None if `angle` was not interpolated
     angle_noise: float | None = None
-    angle_step: float | None = None
+    angle_step: float | None = None  # sampling interval of the measured angle [s]; None if `angle` was not interpolated
+    # root mean square of the sum of the phase currents over that of a phase; 0 if not all are recorded
     phase_sum: float = 0.0
 
 

@@ -12,16 +12,13 @@ from tierod.core.errors import InputError
 from tierod.methods.identification.motor_electrical import electrical_fit, held_fit
 from tierod.methods.identification.motor_recording import MotorRecording
 
-_MOST = 30_000
-"""Number of samples from the middle of a recording that are checked."""
+_MOST = 30_000  # Number of samples from the middle of a recording that are checked
 _LOOKED_INTO, _UNEXPLAINED, _BETTER = 0.05, 0.25, 0.4
 """Unexplained share of the voltage above which mistakes are tried, since swapped currents of a fast motor leave only a
 fifth; share above which the recording is wrong in any case; residual with a mistake corrected over that without, below
 which the mistake is reported [-]."""
-_SURE = 3.0
-"""Standard deviations by which a resistance must be negative to be reported."""
-_POLE_PAIRS = range(1, 13)
-"""Candidate numbers of pole pairs."""
+_SURE = 3.0  # Standard deviations by which a resistance must be negative to be reported
+_POLE_PAIRS = range(1, 13)  # Candidate numbers of pole pairs
 _LATE = (-1.0, -0.5, 0.5, 1.0)
 """Candidate delays of the voltages [samples], if they belong to the step after or about a sample."""
 _IN_TIME = 0.9

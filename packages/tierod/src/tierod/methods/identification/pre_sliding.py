@@ -12,15 +12,10 @@ import numpy as np
 
 @dataclass(frozen=True)
 class PreSliding:
-    """The Dahl angle from the reversals of a loop.
+    """The Dahl angle from the reversals of a loop."""
 
-    Args:
-        angle: motion after which the reversal of friction has reached 1 - 1/e [rad]
-        standard_deviation: of the mean over the reversals [rad]
-    """
-
-    angle: float
-    standard_deviation: float
+    angle: float  # motion after which the reversal of friction has reached 1 - 1/e [rad]
+    standard_deviation: float  # of the mean over the reversals [rad]
     reversals: int
 
 

@@ -128,19 +128,13 @@ def sandwich(
 
 
 class Regression(NamedTuple):
-    """Result of an instrumental-variable regression.
-
-    Args:
-        covariance: of the coefficients, for autocorrelated residuals
-        inverse: of the products of instruments and regressors, (coefficients, coefficients)
-        strength: smallest singular value of these products, with columns of norm one: 0 is no information
-    """
+    """Result of an instrumental-variable regression."""
 
     values: np.ndarray
-    covariance: np.ndarray
+    covariance: np.ndarray  # of the coefficients, for autocorrelated residuals
     residual: float
-    inverse: np.ndarray
-    strength: float
+    inverse: np.ndarray  # of the products of instruments and regressors, (coefficients, coefficients)
+    strength: float  # smallest singular value of these products, with columns of norm one: 0 is no information
 
 
 def instrumental(
@@ -175,28 +169,18 @@ def instrumental(
 
 
 class Rows(NamedTuple):
-    """Equations target = regressors c of one recording, with real c; a complex row counts as two.
+    """Equations target = regressors c of one recording, with real c; a complex row counts as two."""
 
-    Args:
-        target: (n,)
-        regressors: (n, coefficients)
-        instruments: (n, coefficients), with independent noise
-    """
-
-    target: np.ndarray
-    regressors: np.ndarray
-    instruments: np.ndarray
+    target: np.ndarray  # (n,)
+    regressors: np.ndarray  # (n, coefficients)
+    instruments: np.ndarray  # (n, coefficients), with independent noise
 
 
 class Fit(NamedTuple):
-    """Result of a regression.
-
-    Args:
-        covariance: of the coefficients, for autocorrelated residuals; infinite variance of unidentified ones
-    """
+    """Result of a regression."""
 
     values: np.ndarray
-    covariance: np.ndarray
+    covariance: np.ndarray  # of the coefficients, for autocorrelated residuals; infinite variance of unidentified ones
     residual: float
 
     @property
@@ -280,14 +264,12 @@ def _larger(covariance: np.ndarray, variances: np.ndarray) -> np.ndarray:
     return np.asarray(covariance * np.outer(factor, factor))
 
 
-BLOCKS = 20
-"""Number of blocks of the jackknife, over all recordings."""
+BLOCKS = 20  # Number of blocks of the jackknife, over all recordings
 
 CONDITION, _PART = 30.0, 0.3
 """Condition index above which regressors count as collinear, the usual one; component above which one is concerned."""
 
-WEAK = 0.1
-"""Correlation of a regressor with its instrument below which the coefficient is unidentified [-]."""
+WEAK = 0.1  # Correlation of a regressor with its instrument below which the coefficient is unidentified [-]
 
 
 def _power(parts: Sequence[np.ndarray]) -> np.ndarray:
@@ -295,15 +277,10 @@ def _power(parts: Sequence[np.ndarray]) -> np.ndarray:
 
 
 class Solution(NamedTuple):
-    """Parameters of a linear regression.
+    """Parameters of a linear regression."""
 
-    Args:
-        values: in the order of the regressors, (n,)
-        deviations: standard deviations for white residuals, (n,)
-    """
-
-    values: np.ndarray
-    deviations: np.ndarray
+    values: np.ndarray  # in the order of the regressors, (n,)
+    deviations: np.ndarray  # standard deviations for white residuals, (n,)
     left: float
 
 

@@ -38,23 +38,15 @@ class BenchInput(NamedTuple):
 
 @dataclass(frozen=True)
 class BenchParameters(ColumnWithFrictionParameters):
-    """A column with dry friction at the motor, and parameters of the bench.
+    """A column with dry friction at the motor, and parameters of the bench."""
 
-    Args:
-        motor_torque_gain: true torque of the motor over the recorded one [-]
-        motor_torque_offset: true torque less the recorded one [N m]
-        driver_torque_offset: recorded torque of the bar less the true one [N m]
-        wheel_freedom: 1 for a free wheel, 0 for a locked one [-]
-        sample_time: sampling interval [s]
-        rounding: rotation of the motor within a sample over which `RoundedColumn` smooths the kink of the friction
-            [rad]; about the effect of a torque noise of 0.03 N m in a sample, and small against the Dahl angle
-    """
-
-    motor_torque_gain: Annotated[float, ""] = 1.0
-    motor_torque_offset: Annotated[float, "N*m"] = 0.0
-    driver_torque_offset: Annotated[float, "N*m"] = 0.0
-    wheel_freedom: Annotated[float, ""] = 1.0
-    sample_time: Annotated[float, "s"] = 1e-3
+    motor_torque_gain: Annotated[float, ""] = 1.0  # true torque of the motor over the recorded one [-]
+    motor_torque_offset: Annotated[float, "N*m"] = 0.0  # true torque less the recorded one [N m]
+    driver_torque_offset: Annotated[float, "N*m"] = 0.0  # recorded torque of the bar less the true one [N m]
+    wheel_freedom: Annotated[float, ""] = 1.0  # 1 for a free wheel, 0 for a locked one [-]
+    sample_time: Annotated[float, "s"] = 1e-3  # sampling interval [s]
+    # rotation of the motor within a sample over which `RoundedColumn` smooths the kink of the friction [rad]; about the
+    # effect of a torque noise of 0.03 N m in a sample, and small against the Dahl angle
     rounding: Annotated[float, "rad"] = 2e-4
 
 

@@ -52,50 +52,35 @@ from tierod.vehicles.uncertain import BOUND, FREE, bound_distance
 STAGES = ((0.1, 0.5), (1.0, ENOUGH))
 """Factor on the trusted measurements in each stage of the search, and the increase of the log-posterior that ends it:
 in the first stage the prior dominates."""
-CROSSFALL = 0.02
-"""Standard deviation of the bank of straight roads [rad], whose effect is part of the sensor zeros."""
+CROSSFALL = 0.02  # Standard deviation of the bank of straight roads [rad], whose effect is part of the sensor zeros
 OUTPUTS = 2
-WIDENED = 10.0
-"""Factor on the prior standard deviation of a parameter for which file and drives contradict each other."""
+WIDENED = 10.0  # Factor on the prior standard deviation of a parameter for which file and drives contradict each other
 LIKE_ROADS = ("roll_share",)
 """Parameters without a check for contradictions, since roads have the same effect: bank adds to the roll of a car."""
 
 
 class Zeros(NamedTuple):
-    """Zeros of the sensors in a drive: readings without motion, and their standard deviations.
+    """Zeros of the sensors in a drive: readings without motion, and their standard deviations."""
 
-    Args:
-        steering: of the measured angle [rad]
-        yaw_rate: [rad/s]
-        lateral_acceleration: with the crossfall of the road [m/s**2]
-    """
-
-    steering: tuple[float, float]
-    yaw_rate: tuple[float, float]
-    lateral_acceleration: tuple[float, float]
+    steering: tuple[float, float]  # of the measured angle [rad]
+    yaw_rate: tuple[float, float]  # [rad/s]
+    lateral_acceleration: tuple[float, float]  # with the crossfall of the road [m/s**2]
 
 
 @dataclass(frozen=True, eq=False)
 class VehicleIdentification:
-    """Result of the identification of a vehicle from drives.
-
-    Args:
-        zeros: sensor zeros of every drive, in their order
-        noises: of sensors, model and road, with their standard deviations
-        odd: drive of another car, or None
-        doubt: reason why nothing should be written to the file; empty if it may be written
-    """
+    """Result of the identification of a vehicle from drives."""
 
     found: tuple[Found, ...]
     judged: tuple[Judged, ...]
-    zeros: tuple[Zeros, ...]
-    noises: Mapping[str, tuple[float, float]]
+    zeros: tuple[Zeros, ...]  # sensor zeros of every drive, in their order
+    noises: Mapping[str, tuple[float, float]]  # of sensors, model and road, with their standard deviations
     drives: tuple[Drive, ...]
     posterior: Posterior
     contradictory: tuple[Contradiction, ...]
-    odd: Odd | None
+    odd: Odd | None  # drive of another car, or None
     remarks: tuple[str, ...]
-    doubt: str
+    doubt: str  # reason why nothing should be written to the file; empty if it may be written
 
 
 def identify_vehicle(

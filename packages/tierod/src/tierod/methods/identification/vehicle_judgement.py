@@ -19,14 +19,10 @@ from tierod.vehicles import Vehicle
 LEARNT, BOUND, NOT_SEEN = "learnt", "bound", "not seen"
 NARROWED = 0.7
 """Standard deviation over the prior one below which a parameter is identified [-]: drives halve its variance."""
-TOGETHER = 0.5
-"""Correlation above which a parameter cannot be separated from another one [-]."""
-CONTRADICTION = 4.0
-"""Distance between file and drives above which one of them is wrong [standard deviations]."""
-REMARKED = 2.0
-"""Distance between file and drives above which there is a remark [standard deviations]."""
-ODD = 6.0
-"""Distance between one drive and all others above which it is of another car [standard deviations]."""
+TOGETHER = 0.5  # Correlation above which a parameter cannot be separated from another one [-]
+CONTRADICTION = 4.0  # Distance between file and drives above which one of them is wrong [standard deviations]
+REMARKED = 2.0  # Distance between file and drives above which there is a remark [standard deviations]
+ODD = 6.0  # Distance between one drive and all others above which it is of another car [standard deviations]
 
 _AXLES = "drive slow turns and fast bends in one drive; better: measure the wheelbase and weigh the axles"
 CURES = {
@@ -48,21 +44,15 @@ CURES = {
 
 
 class Judged(NamedTuple):
-    """Judgement of a parameter by drives.
-
-    Args:
-        kind: `LEARNT` (identified), `BOUND` (only in combination with others) or `NOT_SEEN` (not identified)
-        before, before_deviation: prior value and standard deviation, of file or class
-        text: explanation and advice; empty for `LEARNT`
-    """
+    """Judgement of a parameter by drives."""
 
     name: str
-    kind: str
-    before: float
+    kind: str  # `LEARNT` (identified), `BOUND` (only in combination with others) or `NOT_SEEN` (not identified)
+    before: float  # before, before_deviation: prior value and standard deviation, of file or class
     before_deviation: float
     value: float
     deviation: float
-    text: str
+    text: str  # explanation and advice; empty for `LEARNT`
 
 
 def judged(posterior: Posterior, names: Sequence[str]) -> list[Judged]:
@@ -103,17 +93,13 @@ def _bound(partners: Sequence[tuple[float, str]]) -> str:
 
 
 class Contradiction(NamedTuple):
-    """A parameter whose value in the file contradicts the drives.
-
-    Args:
-        distance: from the value in the file, in standard deviations of both
-        together: joint distance of all contradicting parameters, which drives may not separate, as a normal deviate
-    """
+    """A parameter whose value in the file contradicts the drives."""
 
     name: str
     value: float
     deviation: float
-    distance: float
+    distance: float  # from the value in the file, in standard deviations of both
+    # joint distance of all contradicting parameters, which drives may not separate, as a normal deviate
     together: float
 
 
@@ -162,19 +148,14 @@ def _normal_deviate(square: float, count: int) -> float:
 
 
 class Odd(NamedTuple):
-    """A drive whose parameters differ from those of the others.
-
-    Args:
-        own, others: value of this parameter in this drive, and in the others
-        certain: whether it is certain which drive is the odd one; false for two drives
-    """
+    """A drive whose parameters differ from those of the others."""
 
     drive: int
     name: str
-    own: float
+    own: float  # own, others: value of this parameter in this drive, and in the others
     others: float
     distance: float
-    certain: bool
+    certain: bool  # whether it is certain which drive is the odd one; false for two drives
 
 
 def odd_drive(alone: Sequence[Posterior], names: Sequence[str]) -> Odd | None:

@@ -29,8 +29,7 @@ SHOWN = (
 )
 """Parameters that ordinary drives may identify."""
 
-SIGNED = ("roll_share", "sensor_forward")
-"""Parameters that may be zero or negative."""
+SIGNED = ("roll_share", "sensor_forward")  # Parameters that may be zero or negative
 DISTANCES = ("front_distance", "rear_distance")
 LEAST_DISTANCE = 0.13
 """Prior standard deviation of an axle distance above which it is identified from drives [m].
@@ -38,8 +37,7 @@ LEAST_DISTANCE = 0.13
 Pneumatic trail, roll steer and compliance of the steering have the same effect on the yaw motion as a centre of gravity
 further ahead: in drives of two simulated cars and of a race car the most probable one was 0.19 to 0.23 m ahead of the
 true one, three to five standard deviations."""
-OF_ROAD = ("superelevation",)
-"""Quantities of the road that may be negative, for a bank towards the outside of bends."""
+OF_ROAD = ("superelevation",)  # Quantities of the road that may be negative, for a bank towards the outside of bends
 NOISES: dict[str, float] = {
     "yaw_rate_noise": 1.7,
     "lateral_speed_drift": 1.7,

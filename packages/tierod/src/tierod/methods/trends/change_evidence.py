@@ -28,29 +28,21 @@ from tierod.methods.trends.drive_scatter import WRONG
 from tierod.methods.trends.drives import Drives
 from tierod.methods.trends.fleet_alarms import FaultFreeShifts
 
-STEP, RAMP = 0, 1
-"""Kinds of change: a step of the level, and a ramp that starts a constant slope."""
+STEP, RAMP = 0, 1  # Kinds of change: a step of the level, and a ramp that starts a constant slope
 
 
 @dataclass(frozen=True)
 class Changes:
-    """Prior of the changes to be detected, and of shifts and outliers of fault-free cars.
+    """Prior of the changes to be detected, and of shifts and outliers of fault-free cars."""
 
-    Args:
-        step: standard deviation of the sizes of steps [unit]; the size of a step worth finding
-        ramp: standard deviation of the sizes of ramps [unit/d]
-        shift: standard deviation of the shifts of fault-free levels, up or down [unit]
-        wrong: share of wrong drives [-]
-        beginnings: number of latest drives at which a change may have begun
-        side: 1 for rising levels, -1 for falling ones
-    """
-
+    # standard deviation of the sizes of steps [unit]; the size of a step worth finding
     step: Annotated[float, "unit of the quantity"]
-    ramp: Annotated[float, "unit of the quantity/d"]
+    ramp: Annotated[float, "unit of the quantity/d"]  # standard deviation of the sizes of ramps [unit/d]
+    # standard deviation of the shifts of fault-free levels, up or down [unit]
     shift: Annotated[float, "unit of the quantity"] = 0.0
-    wrong: Annotated[float, ""] = 0.01
-    beginnings: int = 26
-    side: Annotated[float, ""] = 1.0
+    wrong: Annotated[float, ""] = 0.01  # share of wrong drives [-]
+    beginnings: int = 26  # number of latest drives at which a change may have begun
+    side: Annotated[float, ""] = 1.0  # 1 for rising levels, -1 for falling ones
 
     def __post_init__(self) -> None:
         if not (self.step > 0.0 and self.ramp > 0.0 and self.shift >= 0.0 and self.beginnings >= 1):
@@ -85,23 +77,16 @@ def right(normal: np.ndarray, wrong: float) -> Right:
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """Evidence accumulated up to each drive.
+    """Evidence accumulated up to each drive."""
 
-    Args:
-        logarithm: of the statistic in days after each drive, (cars, drives); without a drive, that of the drive before
-        kind: of the likeliest change after each drive, `STEP` or `RAMP`, (cars, drives)
-        began: first drive that the likeliest change affects, (cars, drives)
-        size: of the likeliest change [unit] or [unit/d], with its standard deviation, (cars, drives) each
-        shift: of the level by that change so far [unit], (cars, drives)
-        earliest, latest: drives between which it began with 90 % posterior probability, (cars, drives)
-    """
-
+    # of the statistic in days after each drive, (cars, drives); without a drive, that of the drive before
     logarithm: np.ndarray
-    kind: np.ndarray
-    began: np.ndarray
-    size: np.ndarray
+    kind: np.ndarray  # of the likeliest change after each drive, `STEP` or `RAMP`, (cars, drives)
+    began: np.ndarray  # first drive that the likeliest change affects, (cars, drives)
+    size: np.ndarray  # of the likeliest change [unit] or [unit/d], with its standard deviation, (cars, drives) each
     size_deviation: np.ndarray
-    shift: np.ndarray
+    shift: np.ndarray  # of the level by that change so far [unit], (cars, drives)
+    # earliest, latest: drives between which it began with 90 % posterior probability, (cars, drives)
     earliest: np.ndarray
     latest: np.ndarray
 

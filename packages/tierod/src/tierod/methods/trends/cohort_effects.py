@@ -18,8 +18,7 @@ import numpy as np
 from tierod.core.errors import InputError
 from tierod.methods.analysis.noise import usual_deviation
 
-LEAST = 3
-"""Smallest number of cars inside and outside a cohort that is tested."""
+LEAST = 3  # Smallest number of cars inside and outside a cohort that is tested
 
 ALIKE = 0.8
 """Number of common cars over that of the cars in either cohort, from which on two cohorts cannot be separated."""
@@ -27,40 +26,30 @@ ALIKE = 0.8
 
 @dataclass(frozen=True)
 class Cohort:
-    """A cohort with its effect and the odds that it differs from the rest.
+    """A cohort with its effect and the odds that it differs from the rest."""
 
-    Args:
-        kind, name: such as "rack batch" and "2026-03"
-        effect, deviation: of its cars against the rest, shrunk towards zero by the prior of effects [unit], and its
-            standard deviation
-        log_odds: natural logarithm of the odds that it differs
-        alike: other cohorts of nearly the same cars, as (kind, name); the effect may be theirs
-    """
-
-    kind: str
+    kind: str  # kind, name: such as "rack batch" and "2026-03"
     name: str
     cars: int
+    # effect, deviation: of its cars against the rest, shrunk towards zero by the prior of effects [unit], and its
+    # standard deviation
     effect: float
     deviation: float
-    log_odds: float
+    log_odds: float  # natural logarithm of the odds that it differs
+    # other cohorts of nearly the same cars, as (kind, name); the effect may be theirs
     alike: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True)
 class Cohorts:
-    """The fleet as a mixed model.
+    """The fleet as a mixed model."""
 
-    Args:
-        mean, deviation: mean of the cars with the effects of their cohorts removed, and its standard deviation [unit]
-        between: standard deviation from car to car [unit]
-        usual: expected value of each car with its cohorts' effects, (cars,)
-    """
-
+    # mean, deviation: mean of the cars with the effects of their cohorts removed, and its standard deviation [unit]
     mean: float
     deviation: float
-    between: float
+    between: float  # standard deviation from car to car [unit]
     all: tuple[Cohort, ...]
-    usual: np.ndarray = field(repr=False)
+    usual: np.ndarray = field(repr=False)  # expected value of each car with its cohorts' effects, (cars,)
 
 
 def cohorts(

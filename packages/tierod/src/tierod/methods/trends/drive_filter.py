@@ -10,8 +10,7 @@ import numpy as np
 from tierod.core.errors import ParameterError
 from tierod.methods.trends.drives import Drives
 
-LEVEL, SLOPE = 0, 1
-"""Indices of level and slope in the state; the coefficients of the regressors follow."""
+LEVEL, SLOPE = 0, 1  # Indices of level and slope in the state; the coefficients of the regressors follow
 
 UNKNOWN = 1e4
 """Variance of a level after a step, over the square of the step: the new level is that of the drives after it."""
@@ -19,22 +18,17 @@ UNKNOWN = 1e4
 
 @dataclass(frozen=True)
 class TrendNoise:
-    """Process noise between the drives of a car, and measurement noise of a drive.
+    """Process noise between the drives of a car, and measurement noise of a drive."""
 
-    Args:
-        level_walk: random walk of the level [unit/sqrt(d)], by wear, grease and settling without a direction
-        slope_walk: random walk of the slope [unit/d/sqrt(d)]: how fast an ageing may set in or end
-        scatter: standard deviation from drive to drive beside the deviations that the drives state [unit], by road,
-            tyres and load
-        scale: true error of a drive over the deviation that it states [-]
-        clip: bound of the normalised innovation [-]; 2.5 loses 1 % of the information of Gaussian drives, and bounds
-            the influence of an outlier
-    """
-
+    # random walk of the level [unit/sqrt(d)], by wear, grease and settling without a direction
     level_walk: Annotated[float, "unit of the quantity/d**0.5"]
+    # random walk of the slope [unit/d/sqrt(d)]: how fast an ageing may set in or end
     slope_walk: Annotated[float, "unit of the quantity/d**1.5"]
+    # standard deviation from drive to drive beside the deviations that the drives state [unit], by road, tyres and load
     scatter: Annotated[float, "unit of the quantity"]
-    scale: Annotated[float, ""] = 1.0
+    scale: Annotated[float, ""] = 1.0  # true error of a drive over the deviation that it states [-]
+    # bound of the normalised innovation [-]; 2.5 loses 1 % of the information of Gaussian drives, and bounds the
+    # influence of an outlier
     clip: Annotated[float, ""] = 2.5
 
     def __post_init__(self) -> None:
@@ -48,15 +42,10 @@ class TrendNoise:
 
 @dataclass(frozen=True, eq=False)
 class Prior:
-    """Prior of the state before the first drive, common to all cars or one for each.
+    """Prior of the state before the first drive, common to all cars or one for each."""
 
-    Args:
-        mean: level [unit], slope [unit/d] and coefficients, (n,) or (cars, n)
-        covariance: (n, n) or (cars, n, n)
-    """
-
-    mean: np.ndarray
-    covariance: np.ndarray
+    mean: np.ndarray  # level [unit], slope [unit/d] and coefficients, (n,) or (cars, n)
+    covariance: np.ndarray  # (n, n) or (cars, n, n)
 
     def of(self, cars: slice | np.ndarray) -> Prior:
         """Prior of some of the cars, given as a slice, mask or indices."""
@@ -66,24 +55,16 @@ class Prior:
 
 @dataclass(frozen=True, eq=False)
 class Filtered:
-    """Filtered estimate after each drive; a car without a further drive keeps its last one.
+    """Filtered estimate after each drive; a car without a further drive keeps its last one."""
 
-    Args:
-        mean, covariance: of the state, (cars, drives, n) and (cars, drives, n, n)
-        innovation, variance: of each drive, (cars, drives); NaN without a drive
-        weight: of each drive, below 1 where the innovation was clipped, (cars, drives); 0 without a drive
-        gain: Kalman gain times the weight, (cars, drives, n)
-        gap: time since the drive before [d], (cars, drives); 0 at the first drive and without a drive
-        step: variance added to the level before each drive [unit**2], (cars, drives); 0 where its level does not step
-    """
-
-    mean: np.ndarray
+    mean: np.ndarray  # mean, covariance: of the state, (cars, drives, n) and (cars, drives, n, n)
     covariance: np.ndarray
-    innovation: np.ndarray
+    innovation: np.ndarray  # innovation, variance: of each drive, (cars, drives); NaN without a drive
     variance: np.ndarray
-    weight: np.ndarray
-    gain: np.ndarray
-    gap: np.ndarray
+    weight: np.ndarray  # of each drive, below 1 where the innovation was clipped, (cars, drives); 0 without a drive
+    gain: np.ndarray  # Kalman gain times the weight, (cars, drives, n)
+    gap: np.ndarray  # time since the drive before [d], (cars, drives); 0 at the first drive and without a drive
+    # variance added to the level before each drive [unit**2], (cars, drives); 0 where its level does not step
     step: np.ndarray
 
 
@@ -196,8 +177,7 @@ def _regular(matrix: np.ndarray) -> np.ndarray:
     return np.asarray(matrix + 1e-12 * np.maximum(size, 1e-12)[:, None, None] * np.eye(order))
 
 
-FIRST = 5
-"""Number of first drives that are compared with each other; no alarm is raised before a car has as many."""
+FIRST = 5  # Number of first drives that are compared with each other; no alarm is raised before a car has as many
 
 FAR = 4.0
 """Distance from the median [standard deviations] beyond which a first drive is wrong: one of 16 000 right ones is."""

@@ -11,35 +11,26 @@ from tierod.methods.analysis.noise import VARIANCE_ERROR, usual_deviation
 from tierod.methods.trends.drives import Drives
 from tierod.methods.trends.fleet_alarms import EVERY
 
-LEAST = 30
-"""Smallest number of pairs of drives for an estimate: they give a standard deviation to 13 %."""
+LEAST = 30  # Smallest number of pairs of drives for an estimate: they give a standard deviation to 13 %
 
 MOST = 400_000
 """Largest number of pairs that are used, evenly spaced among all: they give a standard deviation to 0.11 %."""
 
-NEAR = 30.0
-"""Longest time between two drives of a pair [d], over which wear is negligible."""
+NEAR = 30.0  # Longest time between two drives of a pair [d], over which wear is negligible
 
-WRONG = 5.0
-"""Standard deviation of wrong drives (outliers) over that of the others [-]."""
+WRONG = 5.0  # Standard deviation of wrong drives (outliers) over that of the others [-]
 
 
 @dataclass(frozen=True)
 class DriveScatter:
-    """Estimated scatter of drives of the same car.
+    """Estimated scatter of drives of the same car."""
 
-    Args:
-        scatter: standard deviation from drive to drive beside the stated ones [unit]
-        scale: true error over the stated one [-]; where the stated deviations are too alike to separate both, 1 or less
-        effects: change of the estimate per unit of each regressor, (regressors,)
-        differing: upper estimate of the standard deviation of each effect from car to car, (regressors,)
-    """
-
-    scatter: float
+    scatter: float  # standard deviation from drive to drive beside the stated ones [unit]
+    # true error over the stated one [-]; where the stated deviations are too alike to separate both, 1 or less
     scale: float
     wrong_share: float
-    effects: np.ndarray
-    differing: np.ndarray
+    effects: np.ndarray  # change of the estimate per unit of each regressor, (regressors,)
+    differing: np.ndarray  # upper estimate of the standard deviation of each effect from car to car, (regressors,)
     pairs: int
     separated: bool
 
@@ -154,25 +145,17 @@ def _robust_slopes(change: np.ndarray, moved: np.ndarray) -> np.ndarray:
     return slopes
 
 
-LEAST_PAIRS = 50
-"""Smallest number of pairs of drives for a point of the variogram."""
+LEAST_PAIRS = 50  # Smallest number of pairs of drives for a point of the variogram
 
 
 @dataclass(frozen=True)
 class Wandering:
-    """Estimated random walk and slope of the levels.
+    """Estimated random walk and slope of the levels."""
 
-    Args:
-        level_walk: random walk of the level [unit/sqrt(d)]; its variance includes its standard error
-        slope: median slope of the cars [unit/d]
-        slope_deviation: standard deviation from car to car [unit/d]; its variance includes its standard error
-        longest: largest time between drives that was used [d]; 0 where nothing could be estimated
-    """
-
-    level_walk: float
-    slope: float
-    slope_deviation: float
-    longest: float
+    level_walk: float  # random walk of the level [unit/sqrt(d)]; its variance includes its standard error
+    slope: float  # median slope of the cars [unit/d]
+    slope_deviation: float  # standard deviation from car to car [unit/d]; its variance includes its standard error
+    longest: float  # largest time between drives that was used [d]; 0 where nothing could be estimated
 
 
 def wandering(drives: Drives, effects: np.ndarray) -> Wandering:

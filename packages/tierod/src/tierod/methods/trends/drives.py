@@ -13,19 +13,13 @@ from tierod.core.errors import ParameterError
 
 @dataclass(frozen=True, eq=False)
 class Drives:
-    """One row per car, its drives in the order of time; NaN fills the rows of cars with fewer drives.
+    """One row per car, its drives in the order of time; NaN fills the rows of cars with fewer drives."""
 
-    Args:
-        day: of each drive [d], (cars, drives)
-        estimate: of the quantity [unit of the quantity], (cars, drives)
-        deviation: standard deviation that the drive states for its estimate [same unit], (cars, drives)
-        regressors: other influences on the estimate (temperature, mileage), each less its reference, in any unit,
-            (cars, drives, regressors); NaN counts as the reference
-    """
-
-    day: np.ndarray
-    estimate: np.ndarray
-    deviation: np.ndarray
+    day: np.ndarray  # of each drive [d], (cars, drives)
+    estimate: np.ndarray  # of the quantity [unit of the quantity], (cars, drives)
+    deviation: np.ndarray  # standard deviation that the drive states for its estimate [same unit], (cars, drives)
+    # other influences on the estimate (temperature, mileage), each less its reference, in any unit, (cars, drives,
+    # regressors); NaN counts as the reference
     regressors: np.ndarray
 
     def __post_init__(self) -> None:
@@ -96,8 +90,7 @@ CONTINUES = 2.5
 """Distance from the level [standard deviations of it] by which the next drive continues the change: a ramp goes on,
 while after a step one of 160 drives is as far."""
 
-MOST = 3
-"""Largest number of drives on each side. More would span months, in which a level may change slowly."""
+MOST = 3  # Largest number of drives on each side. More would span months, in which a level may change slowly.
 
 
 class _Table(NamedTuple):

@@ -12,8 +12,7 @@ import numpy as np
 
 from tierod.core.errors import ParameterError
 
-EVERY = 182.6
-"""Mean time between shifts of one car [d]: tyres are changed twice a year."""
+EVERY = 182.6  # Mean time between shifts of one car [d]: tyres are changed twice a year
 
 
 class FaultFreeShifts:
@@ -141,8 +140,7 @@ def _check(share: float) -> None:
         raise ParameterError(f"the false-discovery rate is {share}; expected more than 0 and less than 1")
 
 
-HORIZON = 3652.5
-"""Prediction horizon [d]: ten years. A later time counts as never."""
+HORIZON = 3652.5  # Prediction horizon [d]: ten years. A later time counts as never.
 
 _STEPS = 60
 
