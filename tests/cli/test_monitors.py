@@ -58,8 +58,7 @@ def test_an_unknown_monitor_names_the_nearest(capsys):
 def test_shows_the_decisions_with_their_false_alarms(capsys):
     assert main(["monitors", "friction", "--json"]) == 0
     variants = json.loads(capsys.readouterr().out)["monitors"][0]["variants"]
-    rising = variants[0]["decisions"][0]
-    assert rising["name"] == "rising, baseline"
+    (rising,) = (each for each in variants[0]["decisions"] if each["name"] == "rising, baseline")
     assert rising["mean_between_false_alarms"] == 65.0
     assert rising["unit"] == "h"
     assert rising["demonstrated"]["alarms"] == 0
