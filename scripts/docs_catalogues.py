@@ -17,8 +17,6 @@ from tierod.cli import main
 from tierod.core.signals import SIGNALS
 from tierod.core.statuses import SEVERITY
 from tierod.diagnosis.trouble_codes import load_trouble_codes
-from tierod.report.display import words
-from tierod.report.glossary import TERMS
 from tierod.vehicles import QUANTITIES, load, shipped
 from tierod_lab.papers.condition.rules.parameters import RESIDUALS
 
@@ -33,7 +31,6 @@ def pages() -> dict[str, Callable[[], str]]:
         "reference/trouble-codes.md": trouble_codes,
         "reference/faults.md": faults,
         "reference/scenarios.md": scenarios,
-        "reference/cars-and-courses.md": cars_and_courses,
         "reference/words.md": glossary,
     }
 
@@ -51,11 +48,13 @@ def signals() -> str:
     """Page of the catalogue of signals."""
     parts = []
     for group, members in itertools.groupby(SIGNALS.values(), key=lambda each: each.group):
-        rows = []
+        rows: list[tuple[str, ...]] = []
         for each in members:
             low, high = each.plausible
             range_ = "" if math.isinf(low) else f"{low:g} to {high:g}"
-            rows.append((f"`{each.name}`", unit(each.unit), each.meaning.rstrip("."), each.positive, range_))
+            row = (f"`{each.name}`", unit(each.unit), each.meaning.rstrip("."), each.positive, range_)
+            joined = _joined(rows[-1], row) if rows else None
+            rows[-1:] = [joined] if joined else [*rows[-1:], row]
         parts += [f"## {group}", table(("signal", "unit", "meaning", "positive", "plausible"), rows)]
     return page(
         "Signals",
@@ -66,23 +65,28 @@ def signals() -> str:
     )
 
 
+def _joined(before: tuple[str, ...], row: tuple[str, ...]) -> tuple[str, ...] | None:
+    """One row of two whose meanings differ in one word alone: phases, axes, wheels."""
+    words, others = before[2].split(), row[2].split()
+    differing = [place for place, pair in enumerate(zip(words, others, strict=False)) if pair[0] != pair[1]]
+    if len(words) != len(others) or len(differing) != 1 or (before[1], *before[3:]) != (row[1], *row[3:]):
+        return None
+    words[differing[0]] += f"/{others[differing[0]]}"
+    return f"{before[0]}, {row[0]}", row[1], " ".join(words), *row[3:]
+
+
 def glossary() -> str:
-    """Page of the statuses of a verdict and of the terms in reports."""
+    """Page of the statuses of a verdict."""
     statuses = [(f"`{each}`", each.symbol, f"`{each.colour}`", str(each.exit_code), each.meaning) for each in SEVERITY]
-    terms = sorted((words(name), meaning) for name, meaning in TERMS.items())
     return page(
-        "Statuses and terms",
-        "What the words of a verdict and of a report mean. Signals have [their own page](signals.md), parameters "
-        "[theirs](parameters.md).",
-        "## Statuses",
+        "Statuses",
+        "The words of a verdict. Every other term of a report is explained at the end of that report.",
         "The worst comes first: the status of several monitors, or of several recordings, is the first of this list "
         "that one of them has. Terminal, JSON, report, fleet, live display and web page show the same word, symbol and "
         "colour.",
         table(("status", "symbol", "colour", "exit code", "meaning"), statuses),
         "A monitor that only estimates is `estimated` or `consistent`, never `healthy`, and `inconsistent`, never "
         "`suspect`.",
-        "## Terms",
-        table(("term", "meaning"), sorted(terms, key=lambda each: each[0].lower())),
     )
 
 
@@ -141,8 +145,8 @@ def trouble_codes() -> str:
         cycles = f"{code.confirmation_cycles}/{code.healing_cycles}/{code.aging_cycles}"
         unusual = [each for each in (statuses, cycles) if each not in ("fault/healthy", "1/3/40")]
         unusual += [] if code.lamp else ["no lamp"]
-        words = (code.meaning, str(code.priority), code.reaction, names(code.consequence_of), "; ".join(unusual))
-        rows.append((f"`{code.code}`", f"`{name}`", *words))
+        cells = (code.meaning, str(code.priority), code.reaction, names(code.consequence_of), "; ".join(unusual))
+        rows.append((f"`{code.code}`", f"`{name}`", *cells))
     header = ("code", "name", "meaning", "priority", "reaction", "consequence of", "unusual")
     return page(
         "Trouble codes",
@@ -154,9 +158,16 @@ def trouble_codes() -> str:
     )
 
 
+SENSOR_FAULTS = ("-loss", "-offset", "-outlier")
+"""Endings of the faults that six sensors share."""
+
+
 def faults() -> str:
     """Page of the shipped faults, and of the behaviours of faulty elements."""
     rows = [(f"`{each['name']}`", each["description"]) for each in printed("faults")["faults"]]
+    of_sensors = [row for row in rows if row[0].strip("`").endswith(SENSOR_FAULTS)]
+    sensors = [row[0].strip("`").removesuffix("-outlier") for row in of_sensors if row[0].endswith("-outlier`")]
+    rows = [row for row in rows if not row[0].strip("`").startswith(tuple(sensors)) or row not in of_sensors]
     kinds = [
         (f"`{each['name']}`", each["description"], each["fields"], each["elements"])
         for each in printed("faults", "--behaviours")["behaviours"]
@@ -167,6 +178,9 @@ def faults() -> str:
         "[how to use them](../how-to/inject-faults.md).",
         "## Shipped faults",
         table(("fault", "what happens"), rows),
+        f"Each of the sensors {names(sensors)} also has the faults `SENSOR-loss` (reads zero for 20 s), "
+        "`SENSOR-offset` and `SENSOR-negative-offset` (for 20 s) and `SENSOR-outlier` (three times the truth for a "
+        "second); `tierod faults` gives their sizes.",
         "## Behaviours",
         "Fields in brackets have a default.",
         table(("behaviour", "what it does", "fields", "elements"), kinds),
@@ -174,26 +188,19 @@ def faults() -> str:
 
 
 def scenarios() -> str:
-    """Page of the shipped scenarios."""
+    """Page of the shipped scenarios, virtual cars and courses."""
     rows = [(f"`{each['name']}`", each["description"]) for each in printed("scenarios")["scenarios"]]
-    return page(
-        "Scenarios",
-        "`tierod simulate NAME -o drive.mf4` drives one; `tierod scenarios NAME` prints car, course and faults. "
-        "[How to write one](../how-to/simulate.md), [virtual cars and courses](cars-and-courses.md).",
-        table(("scenario", "what it is"), rows),
-    )
-
-
-def cars_and_courses() -> str:
-    """Page of the shipped virtual cars and courses."""
     cars = []
     for each in printed("scenarios", "--cars")["cars"]:
         found = printed("scenarios", each["name"], "--cars")
         cars.append((f"`{each['name']}`", each["description"], f"`{found['vehicle']}`" if found["vehicle"] else ""))
     courses = [(f"`{each['name']}`", each["description"]) for each in printed("scenarios", "--courses")["courses"]]
     return page(
-        "Virtual cars and courses",
-        "`tierod scenarios NAME` prints one with every parameter; `--toml` prints its file.",
+        "Scenarios, virtual cars and courses",
+        "`tierod simulate NAME -o drive.mf4` drives a scenario; `tierod scenarios NAME` prints a scenario, car or "
+        "course with every parameter, `--toml` its file. [How to write one](../how-to/simulate.md).",
+        "## Scenarios",
+        table(("scenario", "what it is"), rows),
         "## Cars",
         "The last column names the vehicle file that monitors use for the recordings of the car.",
         table(("car", "what it is", "vehicle"), cars),

@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 import importlib
-import inspect
-import textwrap
-import typing
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import typer
@@ -29,27 +25,21 @@ EXIT_CODES = (
 
 def pages() -> dict[str, Callable[[], str]]:
     """Path below docs/ -> function that returns the text."""
-    every: dict[str, Callable[[], str]] = {f"reference/cli/{verb}.md": _page_of(verb) for verb in commands()}
-    python = {"index": python_index, "tierod": tierod_page, "packages": packages_page}
     return {
-        "reference/cli/index.md": index,
-        **every,
-        **{f"reference/python/{name}.md": it for name, it in python.items()},
+        "reference/command-line.md": index,
+        "reference/python/index.md": python_index,
+        "reference/python/packages.md": packages_page,
     }
 
 
-def _page_of(verb: str) -> Callable[[], str]:
-    return lambda: command_page(verb)
-
-
 def index() -> str:
-    """Page of all commands with their summaries, and of the exit codes."""
-    rows = [(f"[`{verb}`]({verb}.md)", first_sentence(module_of(verb).__doc__).split(". ")[0]) for verb in commands()]
+    """Page of all commands with their arguments and summaries, and of the exit codes."""
+    rows = [(f"`{_usage(verb)}`", first_sentence(module_of(verb).__doc__).split(". ")[0]) for verb in commands()]
     return page(
         "Command line",
-        "`tierod COMMAND ...`: a verb, its input, its options. With `--json` a command prints one JSON document to "
-        "stdout; everything else goes to stderr.",
-        table(("command", "what it does"), rows),
+        "`tierod COMMAND --help` explains all options of a command. With `--json` a command prints one JSON document "
+        "to stdout; everything else goes to stderr.",
+        table(("`tierod ...`", "what it does"), rows),
         "## Options of every command",
         table(
             ("option", "meaning"),
@@ -91,35 +81,12 @@ def index() -> str:
     )
 
 
-def command_page(verb: str) -> str:
-    """Page of one command: usage, description, arguments and options."""
-    function = getattr(module_of(verb), verb.replace("-", "_"))
-    hints = typing.get_type_hints(function)
+def _usage(verb: str) -> str:
+    """A command with its arguments, without `tierod`."""
     app = typer.Typer(add_completion=False)
-    app.command(verb)(function)
-    command = typer.main.get_command(app)
-    arguments = [each for each in command.params if each.param_type_name == "argument"]
-    options = [each for each in command.params if each.param_type_name == "option" and each.name != "help"]
-    first, _, rest = inspect.cleandoc(function.__doc__ or "").partition("\n\n")
-    parts = [" ".join(first.split())]
-    usage = " ".join((f"tierod {verb}", *(_shape(each) for each in arguments), *(["[OPTIONS]"] if options else [])))
-    parts.append(f"```text\n{usage}\n```")
-    if rest:
-        parts.append(f"```text\n{textwrap.dedent(rest).strip()}\n```")
-    if arguments:
-        rows = [(f"`{each.name.upper()}`", _kind(each, hints[each.name]), _meaning(each)) for each in arguments]
-        parts += ["## Arguments", table(("argument", "value", "meaning"), rows)]
-    if options:
-        rows = [
-            (", ".join(f"`{name}`" for name in _names(each)), _kind(each, hints[each.name]), _meaning(each))
-            for each in options
-        ]
-        parts += ["## Options", table(("option", "value", "meaning"), rows)]
-    return page(f"tierod {verb}", *parts)
-
-
-def _names(option: Any) -> list[str]:
-    return [*option.opts, *option.secondary_opts]
+    app.command(verb)(getattr(module_of(verb), verb.replace("-", "_")))
+    given = [each for each in typer.main.get_command(app).params if each.param_type_name == "argument"]
+    return " ".join((verb, *(_shape(each) for each in given)))
 
 
 def _shape(argument: Any) -> str:
@@ -127,47 +94,17 @@ def _shape(argument: Any) -> str:
     return shape if argument.required else f"[{shape}]"
 
 
-WORDS = {str: "text", int: "whole number", float: "number", Path: "path"}
-"""Type of an argument -> its name in the table."""
-
-
-def _kind(parameter: Any, hint: Any) -> str:
-    if hint is bool:
-        return "flag"
-    inner = [each for each in typing.get_args(hint) if each is not type(None)]
-    if typing.get_origin(hint) in (list, tuple):
-        return f"{WORDS.get(inner[0], 'text')}, several"
-    if typing.get_origin(hint) is typing.Literal:
-        return " or ".join(f"`{choice}`" for choice in inner)
-    return _kind(parameter, inner[0]) if inner else WORDS.get(hint, "text")
-
-
-def _meaning(parameter: Any) -> str:
-    help_ = (parameter.help or "").strip()
-    help_ = help_[:1].upper() + help_[1:] + ("" if not help_ or help_.endswith((".", "?")) else ".")
-    default = parameter.default
-    shown = default is not None and not callable(default) and default not in (False, "", (), [])
-    if shown and not getattr(parameter, "is_flag", False):
-        help_ += f" Default: `{default}`."
-    elif shown:
-        help_ += " Default: on."
-    return help_ + (" Required." if parameter.required and parameter.param_type_name == "option" else "")
-
-
 def python_index() -> str:
     """Page of every name of `tierod` with its module and the first sentence of its docstring."""
     rows = []
     for name in dir(tierod):
-        if name.startswith("__"):
-            continue
-        value = getattr(tierod, name)
-        home = getattr(value, "__module__", None) or value.__name__
-        rows.append((f"[`tierod.{name}`](tierod.md)", f"`{home}`", first_sentence(value.__doc__)))
+        if not name.startswith("__"):
+            rows.append((f"`{name}`", first_sentence(getattr(tierod, name).__doc__)))
     return page(
         "Python API",
-        "`import tierod` gives these names; each is imported when it is first used. The pages of this section hold the "
-        "docstrings of every public module, class and function.",
-        table(("name", "module", "what it is"), rows),
+        "`import tierod` gives these names; each is imported when it is first used. `help(tierod.diagnose)` prints a "
+        "docstring with its arguments, and [the packages](packages.md) show those of all modules.",
+        table(("name of `tierod`", "what it is"), rows),
         "## Packages",
         table(("package", "what lives there"), _packages()),
     )
@@ -182,6 +119,8 @@ PACKAGES = (
     "tierod.io",
     "tierod.vehicles",
     "tierod.diagnosis",
+    "tierod.monitors.diagnose",
+    "tierod.monitors.inspection",
     "tierod.monitors.harness",
     "tierod.report",
     "tierod_lab.ground",
@@ -204,15 +143,3 @@ def packages_page() -> str:
         "The site shows here the docstrings of every module; in a terminal `python -c \"help('tierod.core')\"` does.",
         *(f"::: {name}" + WITHOUT.get(name, "") for name in PACKAGES),
     )
-
-
-def tierod_page() -> str:
-    """Page of the docstrings of the names of `tierod`."""
-    homes = []
-    for name in dir(tierod):
-        value = getattr(tierod, name)
-        if inspect.isclass(value) or inspect.isfunction(value):
-            # Links to these objects must lead to the pages of their packages.
-            home = f"{value.__module__}.{value.__qualname__}"
-            homes.append(f"::: {home}\n    options:\n      skip_local_inventory: true\n      show_root_toc_entry: true")
-    return page("tierod", "Docstrings of what `import tierod` gives.", *homes)

@@ -106,11 +106,13 @@ def _linked(source: str) -> str:
 
 
 def _variants(monitor: Monitor) -> str:
-    rows = [
-        (f"`{each.name}`" + (" (default)" if each.name == monitor.default else ""), each.summary, _linked(each.source))
-        for each in monitor.variants.values()
-    ]
-    return table(("variant", "what it does", "source"), rows)
+    rows = []
+    for each in monitor.variants.values():
+        where = _linked(each.source).replace(monitor.source, "").strip("; ,")
+        where = "" if where.startswith("beyond") else where  # the page with the equations, linked above
+        name = f"`{each.name}`" + (" (default)" if each.name == monitor.default else "")
+        rows.append((name, each.summary, where))
+    return table(("variant", "what it does", "of the source"), rows)
 
 
 def _parameters(monitor: Monitor) -> str:
@@ -128,8 +130,8 @@ def _parameters(monitor: Monitor) -> str:
     for name in order:
         by_use.setdefault(_use(uses[name], found), []).append(name)
     return (
-        "Of the [vehicle file](../vehicle-file.md); [units and meaning](../parameters.md). A needed parameter that is "
-        "missing is an error that names it; an optional one has a default or switches a part of the monitor on.\n\n"
+        "Of the [vehicle file](../vehicle-file.md); [units and meaning](../parameters.md). An optional parameter has a "
+        "default or switches a part of the monitor on.\n\n"
         + table(("use", "parameters"), [(use, names(group)) for use, group in by_use.items()])
     )
 
@@ -160,20 +162,26 @@ def _use(by_variant: Mapping[str, str], every: Collection[str]) -> str:
 def _decisions(monitor: Monitor) -> str:
     listed: list[Any] = []
     rows = []
+    origins: list[str] = []
     for variant in monitor.variants.values():
         for each in variant.decisions:
             if each in listed:
                 continue
             listed.append(each)
             sharing = [other.name for other in monitor.variants.values() if each in other.decisions]
-            which = "all" if len(sharing) == len(monitor.variants) else names(sharing)
-            rows.append(
-                (each.name, each.distance, each.rule_in_words, each.false_alarms_in_words, which, _linked(each.source))
-            )
-    header = ("decision", "statistic", "stopping rule", "false alarms", "variants", "from")
+            alarms = each.false_alarms_in_words
+            if each.source not in origins:
+                origins.append(each.source)
+            which = "" if len(sharing) == len(monitor.variants) else f" ({names(sharing)})"
+            origin = str(origins.index(each.source) + 1)
+            rows.append((each.name + which, each.distance, each.rule_in_words, alarms, origin))
+    header = ("decision", "statistic", "stopping rule", "false alarms", "from")
+    numbered = "\n".join(f"{number}. {_linked(origin)}" for number, origin in enumerate(origins, 1))
     return (
         "How each number becomes a statement, and how often it does so falsely; "
-        "[what the words mean](../../explanation/stopping-rules.md).\n\n" + table(header, rows)
+        "[what the words mean](../../explanation/stopping-rules.md).\n\n"
+        + table(header, rows)
+        + f"\n\nFrom:\n\n{numbered}"
     )
 
 
@@ -181,5 +189,4 @@ def _codes(name: str) -> str:
     codes = load_trouble_codes().of_monitor(name).values()
     if not codes:
         return ""
-    rows = [(f"`{each.code}`", each.meaning) for each in codes]
-    return "## Trouble codes\n\n" + table(("code", "meaning"), rows) + "\n\n[All trouble codes](../trouble-codes.md)."
+    return f"## Trouble codes\n\n[{len(codes)} codes](../trouble-codes.md): {names(each.code for each in codes)}."

@@ -30,6 +30,10 @@ SCHEMAS = {
 """Name -> package that contains the schema, and origin of the document."""
 
 
+COMMON = ("schema", "version", "created", "command", "symbol", "colour")
+"""Fields of every document, explained once."""
+
+
 def pages() -> dict[str, Callable[[], str]]:
     """Path below docs/ -> function that returns the text."""
     return {"reference/json.md": schemas_page}
@@ -42,7 +46,9 @@ def schemas_page() -> str:
         "```python\nimport json\nfrom importlib.resources import files\n\n"
         'file = files("tierod.report").joinpath("diagnosis.schema.json")\n'
         'schema = json.loads(file.read_text(encoding="utf-8"))\n```',
-        "The field `schema` of a document names its version; it rises when a field goes or changes its meaning.",
+        "Every document holds `schema` (its name and version, which rises when a field goes or changes its meaning), "
+        "`version` (of tierod), `created` (UTC) and `command`. Documents with a verdict hold `status`, `symbol`, "
+        "`colour` and `exit_code` as [the table of statuses](words.md) has them. The further fields of each:",
     ]
     for name, (package, words) in SCHEMAS.items():
         schema = json.loads(files(package).joinpath(f"{name}.schema.json").read_text(encoding="utf-8"))
@@ -54,24 +60,5 @@ def _table(schema: dict[str, Any]) -> str:
     if schema.get("type") == "array":
         items = schema["items"]
         return _table(schema["$defs"][items["$ref"].rpartition("/")[2]] if "$ref" in items else items)
-    rows = [(f"`{name}`", _type(field), field.get("description", "")) for name, field in schema["properties"].items()]
-    return table(("field", "type", "meaning"), rows)
-
-
-def _type(field: dict[str, Any]) -> str:
-    if "const" in field:
-        return f"`{json.dumps(field['const'])}`"
-    if "enum" in field:
-        return ", ".join(f"`{json.dumps(value)}`" for value in field["enum"])
-    if "$ref" in field:
-        return str(field["$ref"].rpartition("/")[2])
-    for key in ("oneOf", "anyOf"):
-        if key in field:
-            return " or ".join(_type(choice) for choice in field[key])
-    if "type" not in field:
-        return "any"
-    kinds = field["type"] if isinstance(field["type"], list) else [field["type"]]
-    if "array" in kinds:
-        return f"list of {_type(field['items'])}" if "items" in field else "list"
-    inner = field.get("additionalProperties")
-    return f"object of {_type(inner)}" if isinstance(inner, dict) else " or ".join(kinds)
+    rows = [(f"`{name}`", field.get("description", "")) for name, field in schema["properties"].items()]
+    return table(("field", "meaning"), [row for row in rows if row[0].strip("`") not in COMMON])
