@@ -150,7 +150,7 @@ def test_a_link_to_another_file_is_not_followed(tmp_path):
 @pytest.mark.parametrize(
     ("name", "channel", "count"),
     [
-        ("tilt_laser.bag", "imu_data.angular_velocity.z", 356),
+        ("tilt_laser.bag", "yaw_rate", 356),
         ("example.bag", "turtle1/pose.theta", 1344),
         ("rosbag2_test_0.db3", "pose.pose.position.x", 1565),
         ("", "pose.pose.position.x", 1565),
