@@ -34,8 +34,7 @@ from tierod_lab.campaign.scenarios import Scenes
 from tierod_lab.campaign.store import Store
 from tierod_lab.ground.recorder import TRUTH_RATE, channel_names
 
-SHIPPED = Path(__file__).parent
-"""Folder of the campaigns that tierod ships."""
+SHIPPED = Path(__file__).parent  # Folder of the campaigns that tierod ships
 
 
 @dataclass(frozen=True)
@@ -196,30 +195,22 @@ def _gates(
     return tuple(gates)
 
 
-TASTE = 10.0
-"""Duration of the trial drive from which the simulation speed is measured [s]."""
+TASTE = 10.0  # Duration of the trial drive from which the simulation speed is measured [s]
 
 KEPT, JUDGED = 1.5, 1.1
 """Time for a drive with its verdicts divided by that for the drive alone, with and without keeping its recording;
 measured on drives of 13 minutes of a mid-size car."""
 
-START = 3.0
-"""Start-up time of the workers [s]."""
+START = 3.0  # Start-up time of the workers [s]
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """Estimated cost of a campaign.
+    """Estimated cost of a campaign."""
 
-    Args:
-        cells: number of cells of the matrix
-        missing: number of unfinished cells
-        hours: driving time of the unfinished cells
-    """
-
-    cells: int
-    missing: int
-    hours: Annotated[float, "h"]
+    cells: int  # number of cells of the matrix
+    missing: int  # number of unfinished cells
+    hours: Annotated[float, "h"]  # driving time of the unfinished cells
     seconds: Annotated[float, "s"]
     bytes: int
 

@@ -20,8 +20,7 @@ from tierod.work.fingerprint import contents, fingerprint, verdict_code
 
 ROOT = Path(__file__).resolve().parents[1]
 
-JUDGE = ("figures", "judging")
-"""Modules of this package that compare a verdict with the true values."""
+JUDGE = ("figures", "judging")  # Modules of this package that compare a verdict with the true values
 
 STUDIES = ("tierod_lab.papers.", "tierod_lab.campaign.", "tierod_lab.studies.", "tierod_lab.fleet.", "tierod.fleet.")
 """Prefixes of the packages whose code belongs to studies."""

@@ -22,8 +22,7 @@ from tierod_lab.campaign.judging import Judged, Row
 from tierod_lab.campaign.report import RIGHT, amount, count, place, value
 from tierod_lab.campaign.summary import monitors_of, read_table
 
-SCHEMA = "tierod.comparison/1"
-"""Name and version of the document."""
+SCHEMA = "tierod.comparison/1"  # Name and version of the document
 
 
 @dataclass(frozen=True)
@@ -44,24 +43,15 @@ class Pair:
 
 @dataclass(frozen=True)
 class Comparison:
-    """One monitor in both campaigns.
+    """One monitor in both campaigns."""
 
-    Args:
-        monitors: its labels, which may differ if each campaign has one monitor
-        pairs: drives of both campaigns
-        alone: number of drives of the first campaign only, and of the second only
-    """
-
-    monitors: tuple[str, str]
-    pairs: tuple[Pair, ...]
-    alone: tuple[int, int]
+    monitors: tuple[str, str]  # its labels, which may differ if each campaign has one monitor
+    pairs: tuple[Pair, ...]  # drives of both campaigns
+    alone: tuple[int, int]  # number of drives of the first campaign only, and of the second only
 
 
 def compare(first: Path, second: Path) -> list[Comparison]:
     """Compare the monitors of two campaigns, pair by pair.
-
-    Args:
-        first, second: folders of finished campaigns
 
     Raises:
         InputError: a folder without a campaign, or no common drive or monitor
@@ -204,16 +194,13 @@ def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-_DRAWN = ("detection_s", "bias", "absolute_bias", "deviation")
-"""Figures whose differences are drawn."""
+_DRAWN = ("detection_s", "bias", "absolute_bias", "deviation")  # Figures whose differences are drawn
 _CHANCE = (
     "The interval is that of the mean, by bootstrap. The last two columns: the probability of so uneven a result by "
     "chance alone. Several figures are tested at once, so about one in twenty falls below 0.05 by chance."
 )
-_SIGNIFICANT = 0.05
-"""Significance level: probability by chance below which a difference is reported."""
-_MOST, _LISTED = 3, 10
-"""Largest number of figures in the headline, and of changed verdicts in the terminal."""
+_SIGNIFICANT = 0.05  # Significance level: probability by chance below which a difference is reported
+_MOST, _LISTED = 3, 10  # Largest number of figures in the headline, and of changed verdicts in the terminal
 _COLUMNS = (
     "figure", "pairs", "mean difference", "95 % interval", "median", "greater / smaller", "sign test", "Wilcoxon",
 )  # fmt: skip

@@ -8,11 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-CONFIDENCE = 0.95
-"""Confidence level of all bounds and intervals of a campaign."""
+CONFIDENCE = 0.95  # Confidence level of all bounds and intervals of a campaign
 
-BOOTSTRAPS = 4000
-"""Resamples of a bootstrap interval: its ends then vary by about 1 % of its width."""
+BOOTSTRAPS = 4000  # Resamples of a bootstrap interval: its ends then vary by about 1 % of its width
 
 
 def rate_bound(events: int, hours: float) -> float:
@@ -105,24 +103,16 @@ def quantile(values: Sequence[float] | np.ndarray, share: float) -> float:
 
 @dataclass(frozen=True)
 class Paired:
-    """Statistics of paired differences.
+    """Statistics of paired differences."""
 
-    Args:
-        count: number of pairs in which both values exist
-        interval: 95 % bootstrap interval of the mean
-        positive, negative: numbers of pairs with a difference above and below zero
-        sign_p: p-value of the two-sided sign test, without equal pairs
-        rank_p: p-value of Wilcoxon's signed-rank test; NaN if all pairs are equal
-    """
-
-    count: int
+    count: int  # number of pairs in which both values exist
     mean: float
     median: float
-    interval: tuple[float, float]
-    positive: int
+    interval: tuple[float, float]  # 95 % bootstrap interval of the mean
+    positive: int  # positive, negative: numbers of pairs with a difference above and below zero
     negative: int
-    sign_p: float
-    rank_p: float
+    sign_p: float  # p-value of the two-sided sign test, without equal pairs
+    rank_p: float  # p-value of Wilcoxon's signed-rank test; NaN if all pairs are equal
 
 
 def paired(differences: Sequence[float] | np.ndarray) -> Paired:

@@ -81,48 +81,38 @@ def enabled_until(alarm: float, start: float, time: np.ndarray, clock: np.ndarra
 
 @dataclass(frozen=True)
 class Judged:
-    """Judgement of one drive by a monitor, from which every figure of a campaign is computed.
+    """Judgement of one drive by a monitor, from which every figure of a campaign is computed."""
 
-    Args:
-        status: status of the final finding
-        value, deviation: final estimate and its standard deviation, in its unit; NaN if it is withheld
-        ratio: final ratio to the baseline [-]; NaN if the monitor has none
-        outcome: of a drive with a fault: "found", "missed", "early" (an alarm was active when the fault started) or
-            "not judged"; of a fault-free drive: "quiet", "false alarm" or "not judged"
-        detection_s, detection_enabled_s: time from the fault's onset to the first alarm; infinite if there was none
-        fault_s, fault_enabled_s: the same to the first status "fault"
-        false_alarms: number of alarms that started before the fault
-        seconds, enabled_s, judged_s: duration of the drive, enabled time, and time in which the monitor judged
-        truth_fault_free, truth_faulty: mean true value before and during the fault
-        errors_fault_free, errors_faulty: moments of estimate minus true value before the fault and, settled, during it
-        area: area under the ROC curve between estimates before and during the fault of this drive
-        estimates_fault_free, estimates_faulty: estimates before the fault and settled ones during it, one every few
-            seconds
-    """
-
-    status: str
+    status: str  # status of the final finding
     headline: str
     cause: str
-    value: float
+    value: float  # value, deviation: final estimate and its standard deviation, in its unit; NaN if it is withheld
     deviation: float
     unit: str
-    ratio: float
+    ratio: float  # final ratio to the baseline [-]; NaN if the monitor has none
+    # of a drive with a fault: "found", "missed", "early" (an alarm was active when the fault started) or "not judged";
+    # of a fault-free drive: "quiet", "false alarm" or "not judged"
     outcome: str
+    # detection_s, detection_enabled_s: time from the fault's onset to the first alarm; infinite if there was none
     detection_s: float
     detection_enabled_s: float
-    fault_s: float
+    fault_s: float  # fault_s, fault_enabled_s: the same to the first status "fault"
     fault_enabled_s: float
-    false_alarms: int
+    false_alarms: int  # number of alarms that started before the fault
+    # seconds, enabled_s, judged_s: duration of the drive, enabled time, and time in which the monitor judged
     seconds: float
     enabled_s: float
     judged_s: float
     fault_free_s: float
     fault_free_judged_s: float
-    truth_fault_free: float
+    truth_fault_free: float  # truth_fault_free, truth_faulty: mean true value before and during the fault
     truth_faulty: float
+    # errors_fault_free, errors_faulty: moments of estimate minus true value before the fault and, settled, during it
     errors_fault_free: Moments
     errors_faulty: Moments
-    area: float
+    area: float  # area under the ROC curve between estimates before and during the fault of this drive
+    # estimates_fault_free, estimates_faulty: estimates before the fault and settled ones during it, one every few
+    # seconds
     estimates_fault_free: tuple[float, ...]
     estimates_faulty: tuple[float, ...]
 
@@ -161,17 +151,13 @@ def from_plain(content: Mapping[str, Any]) -> Judged:
 
 @dataclass(frozen=True)
 class Row:
-    """Result of one monitor on one drive.
-
-    Args:
-        drive: record of the drive: outcome "driven", "diverged" or "failed", reason, seconds, recording, provenance
-        judged: its judgement; None if there is none
-    """
+    """Result of one monitor on one drive."""
 
     place: Mapping[str, str]
+    # record of the drive: outcome "driven", "diverged" or "failed", reason, seconds, recording, provenance
     drive: Mapping[str, Any]
     monitor: str
-    judged: Judged | None
+    judged: Judged | None  # its judgement; None if there is none
     reason: str = ""
 
     @property
@@ -196,8 +182,7 @@ TRUTH = "truth_"
 DEVIATION = "_standard_deviation"
 """Suffix of standard deviations: a trace X with a trace X_standard_deviation is an estimate of the channel truth_X."""
 
-SAMPLE_PERIOD = 5.0
-"""Interval between kept estimates [s]: friction estimates vary over tens of seconds."""
+SAMPLE_PERIOD = 5.0  # Interval between kept estimates [s]: friction estimates vary over tens of seconds
 
 
 def judge(

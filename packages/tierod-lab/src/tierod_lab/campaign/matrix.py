@@ -13,28 +13,20 @@ from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.toml_document import Document
 from tierod_lab.ground.faults import Fault, fault_of
 
-FAULT_FREE = "fault-free"
-"""Level of the fault axis for drives without a fault."""
+FAULT_FREE = "fault-free"  # Level of the fault axis for drives without a fault
 
-FAULT, SIZE, SEED = "fault", "size", "seed"
-"""Axes of every campaign."""
+FAULT, SIZE, SEED = "fault", "size", "seed"  # Axes of every campaign
 
-LEARNT = "first fault-free drive"
-"""Name of the baseline that is learnt from the first fault-free drive of the same car."""
+LEARNT = "first fault-free drive"  # Name of the baseline that is learnt from the first fault-free drive of the same car
 
 
 @dataclass(frozen=True)
 class Axis:
-    """One axis of the matrix, with the changes of every level.
+    """One axis of the matrix, with the changes of every level."""
 
-    Args:
-        set: dotted name in the scenario that takes the `values`; the name of the axis if empty
-        values: values of the levels, which are named as they are written
-        levels: alternative to values: name -> changes of the scenario by dotted name; an empty table changes nothing
-    """
-
-    set: str = ""
-    values: tuple[Any, ...] = ()
+    set: str = ""  # dotted name in the scenario that takes the `values`; the name of the axis if empty
+    values: tuple[Any, ...] = ()  # values of the levels, which are named as they are written
+    # alternative to values: name -> changes of the scenario by dotted name; an empty table changes nothing
     levels: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -60,69 +52,47 @@ class Seeds:
 
 @dataclass(frozen=True)
 class MonitorChoice:
-    """A monitor with its parameters.
+    """A monitor with its parameters."""
 
-    Args:
-        monitor: name, as listed by `tierod monitors`
-        vehicle: parameter set of the monitor, a name or a file
-        variant: variant of the monitor; its default if empty
-        label: name in the campaign; monitor and variant if empty
-    """
-
-    monitor: str
-    vehicle: str
+    monitor: str  # name, as listed by `tierod monitors`
+    vehicle: str  # parameter set of the monitor, a name or a file
     baseline: Literal["none", "first fault-free drive"]
-    variant: str = ""
-    label: str = ""
+    variant: str = ""  # variant of the monitor; its default if empty
+    label: str = ""  # name in the campaign; monitor and variant if empty
 
 
 @dataclass(frozen=True)
 class GateEntry:
-    """A gate: a limit on a figure of the campaign.
+    """A gate: a limit on a figure of the campaign."""
 
-    Args:
-        figure: field of `tierod_lab.campaign.pools.Pool`
-        where: axis -> level, or a list of levels; the whole campaign if empty
-        monitor: label; optional if there is one monitor only
-    """
-
-    figure: str
+    figure: str  # field of `tierod_lab.campaign.pools.Pool`
     goal: str
+    # axis -> level, or a list of levels; the whole campaign if empty
     where: Mapping[str, Any] = field(default_factory=dict)
-    monitor: str = ""
+    monitor: str = ""  # label; optional if there is one monitor only
 
 
 @dataclass(frozen=True)
 class CampaignFile:
-    """Content of a campaign file.
+    """Content of a campaign file."""
 
-    Args:
-        name: short name, for titles
-        scenario: base scenario of all drives: name of a shipped scenario, or a file beside this one
-        monitors: monitors that judge every drive
-        seeds: seeds of the drives; the innermost axis
-        changes: changes of the scenario by dotted name, for all drives
-        axes: name -> axis, outermost first
-        faults: name -> table of a fault as in a scenario, with its `sizes`, one level each; `together` lists further
-            faults that act at the same time; the faults form one axis, after the fault-free drive
-        exclude: axis -> level or levels: cells that are removed
-        include: axis -> level or levels, and "seeds": cells that are added; other axes take all their levels
-        same_car: axes that define a car: drives with equal levels of them are drives of the same car
-        settling: enabled time from the onset of a fault until estimates are attributed to the fault
-    """
-
-    name: str
+    name: str  # short name, for titles
     description: str
-    scenario: str
-    monitors: tuple[MonitorChoice, ...]
-    seeds: Seeds | tuple[int, ...]
-    changes: Mapping[str, Any] = field(default_factory=dict)
-    axes: Mapping[str, Axis] = field(default_factory=dict)
+    scenario: str  # base scenario of all drives: name of a shipped scenario, or a file beside this one
+    monitors: tuple[MonitorChoice, ...]  # monitors that judge every drive
+    seeds: Seeds | tuple[int, ...]  # seeds of the drives; the innermost axis
+    changes: Mapping[str, Any] = field(default_factory=dict)  # changes of the scenario by dotted name, for all drives
+    axes: Mapping[str, Axis] = field(default_factory=dict)  # name -> axis, outermost first
+    # name -> table of a fault as in a scenario, with its `sizes`, one level each; `together` lists further faults that
+    # act at the same time; the faults form one axis, after the fault-free drive
     faults: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     fault_free: bool = True
-    exclude: tuple[Mapping[str, Any], ...] = ()
+    exclude: tuple[Mapping[str, Any], ...] = ()  # axis -> level or levels: cells that are removed
+    # axis -> level or levels, and "seeds": cells that are added; other axes take all their levels
     include: tuple[Mapping[str, Any], ...] = ()
+    # axes that define a car: drives with equal levels of them are drives of the same car
     same_car: tuple[str, ...] | None = None
+    # enabled time from the onset of a fault until estimates are attributed to the fault
     settling: Annotated[float, "s", NOT_NEGATIVE] = 50.0
     keep: Literal["recordings", "verdicts"] = "recordings"
     gates: tuple[GateEntry, ...] = ()
@@ -143,42 +113,29 @@ def is_at(place: Mapping[str, str], where: Mapping[str, object]) -> bool:
 
 
 Location = tuple[str | int, ...]
-SEEDS = "seeds"
-"""Key of the seeds of an included part."""
+SEEDS = "seeds"  # Key of the seeds of an included part
 
-MOST_CELLS = 1_000_000
-"""Maximum size of a matrix before exclusions: a thousand cars every week for twenty years."""
+MOST_CELLS = 1_000_000  # Maximum size of a matrix before exclusions: a thousand cars every week for twenty years
 
 
 @dataclass(frozen=True)
 class Level:
-    """One level of an axis; faults and their sizes form one axis with two names.
-
-    Args:
-        changes: changes of the scenario, by dotted name
-        location: place in the campaign file
-        tables: tables of these faults, as in a scenario
-    """
+    """One level of an axis; faults and their sizes form one axis with two names."""
 
     place: Mapping[str, str]
-    changes: Mapping[str, Any]
-    location: Location
+    changes: Mapping[str, Any]  # changes of the scenario, by dotted name
+    location: Location  # place in the campaign file
     faults: tuple[Fault, ...] = ()
-    tables: tuple[Mapping[str, Any], ...] = ()
+    tables: tuple[Mapping[str, Any], ...] = ()  # tables of these faults, as in a scenario
 
 
 @dataclass(frozen=True)
 class Point:
-    """One cell of the matrix, before its scenario is built.
+    """One cell of the matrix, before its scenario is built."""
 
-    Args:
-        place: axis -> level; fault, size and seed last
-        seed: seed of all random numbers
-    """
-
-    place: Mapping[str, str]
+    place: Mapping[str, str]  # axis -> level; fault, size and seed last
     levels: tuple[Level, ...]
-    seed: int
+    seed: int  # seed of all random numbers
 
     def changes(self, common: Mapping[str, object]) -> dict[str, Any]:
         """Changes of the scenario by dotted name; a later axis overrides an earlier one."""

@@ -17,18 +17,13 @@ from tierod_lab.campaign.store import Store, slug
 
 @dataclass(frozen=True)
 class Judge:
-    """A monitor of the campaign.
-
-    Args:
-        belief: vehicle parameters of the monitor
-        learns: whether it uses the baseline from the first fault-free drive of the same car
-    """
+    """A monitor of the campaign."""
 
     label: str
     monitor: str
     variant: str
-    belief: Vehicle
-    learns: bool
+    belief: Vehicle  # vehicle parameters of the monitor
+    learns: bool  # whether it uses the baseline from the first fault-free drive of the same car
 
     def found(self) -> tuple[Monitor, Variant]:
         from tierod.monitors.runner import find
@@ -38,17 +33,13 @@ class Judge:
 
 @dataclass(frozen=True)
 class Cell:
-    """One drive of the campaign.
-
-    Args:
-        key: key of everything that determines the drive
-        reference: number of the cell whose drive sets the baseline of the same car; None if nothing is learnt, or for
-            this cell itself
-    """
+    """One drive of the campaign."""
 
     point: Point
     scenario: Any
-    key: str
+    key: str  # key of everything that determines the drive
+    # number of the cell whose drive sets the baseline of the same car; None if nothing is learnt, or for this cell
+    # itself
     reference: int | None
 
     @property
@@ -62,17 +53,11 @@ class Cell:
 
 @dataclass(frozen=True)
 class Plan:
-    """All cells and monitors.
+    """All cells and monitors."""
 
-    Args:
-        cells: cells in the order of the matrix
-        judges: monitors that judge every drive
-        settling: see `tierod_lab.campaign.matrix.CampaignFile`
-    """
-
-    cells: Sequence[Cell]
-    judges: Sequence[Judge]
-    settling: float
+    cells: Sequence[Cell]  # cells in the order of the matrix
+    judges: Sequence[Judge]  # monitors that judge every drive
+    settling: float  # see `tierod_lab.campaign.matrix.CampaignFile`
     keep: bool
 
     def verdict_key(self, cell: Cell, judge: Judge) -> str:

@@ -18,68 +18,50 @@ HOUR = 3600.0
 
 
 class Pool(NamedTuple):
-    """Figures of a group of rows; NaN without data, infinite for an event that never occurred.
-
-    Args:
-        failed: drives that could not be simulated or judged at all
-        not_judged: drives in which the monitor judged nothing of the fault, or of the fault-free drive
-        fault_free, faulty: judged drives without and with a fault
-        found: faults that raised an alarm
-        missed: faults that were judged without an alarm
-        early: faults that started during an alarm
-        missed_share: share of faults missed or not judged among all but the early ones
-        missed_share_bound: its 95 % upper bound
-        detection_median_s, detection_p95_s, detection_worst_s: time from the fault to the first alarm; infinite for a
-            fault that was missed or not judged; without the early ones
-        detection_enabled_median_s, detection_enabled_p95_s, detection_enabled_worst_s: the same in enabled time
-        fault_median_s, fault_p95_s, fault_worst_s: time from the fault to the status "fault"
-        false_alarms: alarms that started before any fault
-        fault_free_hours: driving time before any fault
-        fault_free_judged_hours: judged part of this time
-        false_alarm_bound: its 95 % upper bound
-        bias, deviation: mean and standard deviation of the errors of all settled estimates
-        bias_faulty, deviation_faulty: the same during the fault
-        largest_bias: largest magnitude of the mean error of one drive
-        area: area under the ROC curve between the final estimates of fault-free and faulty drives
-        smallest_area: smallest area under the ROC curve between the estimates of one drive before and during its fault
-        enabled_share, judged_share: shares of the driving time
-    """
+    """Figures of a group of rows; NaN without data, infinite for an event that never occurred."""
 
     drives: Annotated[int, ""]
     diverged: Annotated[int, ""]
-    failed: Annotated[int, ""]
+    failed: Annotated[int, ""]  # drives that could not be simulated or judged at all
+    # drives in which the monitor judged nothing of the fault, or of the fault-free drive
     not_judged: Annotated[int, ""]
-    fault_free: Annotated[int, ""]
+    fault_free: Annotated[int, ""]  # fault_free, faulty: judged drives without and with a fault
     faulty: Annotated[int, ""]
-    found: Annotated[int, ""]
-    missed: Annotated[int, ""]
-    early: Annotated[int, ""]
-    missed_share: Annotated[float, ""]
-    missed_share_bound: Annotated[float, ""]
+    found: Annotated[int, ""]  # faults that raised an alarm
+    missed: Annotated[int, ""]  # faults that were judged without an alarm
+    early: Annotated[int, ""]  # faults that started during an alarm
+    missed_share: Annotated[float, ""]  # share of faults missed or not judged among all but the early ones
+    missed_share_bound: Annotated[float, ""]  # its 95 % upper bound
+    # detection_median_s, detection_p95_s, detection_worst_s: time from the fault to the first alarm; infinite for a
+    # fault that was missed or not judged; without the early ones
     detection_median_s: Annotated[float, "s"]
     detection_p95_s: Annotated[float, "s"]
     detection_worst_s: Annotated[float, "s"]
+    # detection_enabled_median_s, detection_enabled_p95_s, detection_enabled_worst_s: the same in enabled time
     detection_enabled_median_s: Annotated[float, "s"]
     detection_enabled_p95_s: Annotated[float, "s"]
     detection_enabled_worst_s: Annotated[float, "s"]
+    # fault_median_s, fault_p95_s, fault_worst_s: time from the fault to the status "fault"
     fault_median_s: Annotated[float, "s"]
     fault_p95_s: Annotated[float, "s"]
     fault_worst_s: Annotated[float, "s"]
-    false_alarms: Annotated[int, ""]
-    fault_free_hours: Annotated[float, "h"]
-    fault_free_judged_hours: Annotated[float, "h"]
+    false_alarms: Annotated[int, ""]  # alarms that started before any fault
+    fault_free_hours: Annotated[float, "h"]  # driving time before any fault
+    fault_free_judged_hours: Annotated[float, "h"]  # judged part of this time
     false_alarm_rate: Annotated[float, "1/h"]
-    false_alarm_bound: Annotated[float, "1/h"]
+    false_alarm_bound: Annotated[float, "1/h"]  # its 95 % upper bound
+    # bias, deviation: mean and standard deviation of the errors of all settled estimates
     bias: Annotated[float, "unit of the estimate"]
     deviation: Annotated[float, "unit of the estimate"]
     bias_fault_free: Annotated[float, "unit of the estimate"]
     deviation_fault_free: Annotated[float, "unit of the estimate"]
-    bias_faulty: Annotated[float, "unit of the estimate"]
+    bias_faulty: Annotated[float, "unit of the estimate"]  # bias_faulty, deviation_faulty: the same during the fault
     deviation_faulty: Annotated[float, "unit of the estimate"]
-    largest_bias: Annotated[float, "unit of the estimate"]
-    area: Annotated[float, ""]
+    largest_bias: Annotated[float, "unit of the estimate"]  # largest magnitude of the mean error of one drive
+    area: Annotated[float, ""]  # area under the ROC curve between the final estimates of fault-free and faulty drives
+    # smallest area under the ROC curve between the estimates of one drive before and during its fault
     smallest_area: Annotated[float, ""]
-    enabled_share: Annotated[float, ""]
+    enabled_share: Annotated[float, ""]  # enabled_share, judged_share: shares of the driving time
     judged_share: Annotated[float, ""]
 
 
@@ -215,18 +197,12 @@ class Gate:
 
 @dataclass(frozen=True)
 class Passed:
-    """Result of a gate.
-
-    Args:
-        measured: value of the figure; NaN if there is none
-        met: whether the goal is met; None if that cannot be judged
-        note: reason why not, or number of drives
-    """
+    """Result of a gate."""
 
     gate: Gate
-    measured: float
-    met: bool | None
-    note: str
+    measured: float  # value of the figure; NaN if there is none
+    met: bool | None  # whether the goal is met; None if that cannot be judged
+    note: str  # reason why not, or number of drives
 
 
 def pass_through(gate: Gate, rows: Sequence[Row]) -> Passed:

@@ -25,23 +25,16 @@ from tierod_lab.ground.faults import Always
 if TYPE_CHECKING:
     from tierod_lab.ground.scenarios import Scenario
 
-DRIVEN, DIVERGED, FAILED = "driven", "diverged", "failed"
-"""Outcomes of a drive."""
+DRIVEN, DIVERGED, FAILED = "driven", "diverged", "failed"  # Outcomes of a drive
 
 
 @dataclass(frozen=True)
 class Reference:
-    """Baseline for a verdict.
+    """Baseline for a verdict."""
 
-    Args:
-        level: baseline from another drive; None if the monitor learns its own
-        refusal: reason why a required baseline is missing; "" otherwise
-        lasting: whether it would be missing again
-    """
-
-    level: Baseline | None = None
-    refusal: str = ""
-    lasting: bool = True
+    level: Baseline | None = None  # baseline from another drive; None if the monitor learns its own
+    refusal: str = ""  # reason why a required baseline is missing; "" otherwise
+    lasting: bool = True  # whether it would be missing again
 
 
 @dataclass(frozen=True)
@@ -56,19 +49,14 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Task:
-    """Work on one cell.
-
-    Args:
-        settling: see `tierod_lab.campaign.matrix.CampaignFile`
-        code: digests of tierod's code at the start of the campaign
-    """
+    """Work on one cell."""
 
     store: Store
     cell: Cell
     verdicts: tuple[Verdict, ...]
-    settling: float
+    settling: float  # see `tierod_lab.campaign.matrix.CampaignFile`
     keep: bool
-    code: tuple[str, str]
+    code: tuple[str, str]  # digests of tierod's code at the start of the campaign
 
 
 def work(task: Task) -> str:
@@ -183,21 +171,15 @@ def _finite(value: object) -> Any:
     return repr(value) if isinstance(value, float) and not math.isfinite(value) else value
 
 
-TASTE = 0.5
-"""Duration of the trial drives in the parent, which compile every kernel for the workers [s]."""
+TASTE = 0.5  # Duration of the trial drives in the parent, which compile every kernel for the workers [s]
 
 
 class Progress(NamedTuple):
-    """Progress of a campaign.
+    """Progress of a campaign."""
 
-    Args:
-        done: number of finished cells, including those of earlier runs
-        name: name of the cell that has just finished; "" before the first, when all kernels are compiled
-    """
-
-    done: int
+    done: int  # number of finished cells, including those of earlier runs
     total: int
-    name: str
+    name: str  # name of the cell that has just finished; "" before the first, when all kernels are compiled
     outcome: str
 
 

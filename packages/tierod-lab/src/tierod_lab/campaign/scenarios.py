@@ -49,15 +49,11 @@ Place = tuple[str, ...]
 
 @dataclass
 class Scenes:
-    """Builds the scenarios of a campaign; each combination of levels is built and checked once for all seeds.
-
-    Args:
-        base: base scenario of all drives
-    """
+    """Builds the scenarios of a campaign; each combination of levels is built and checked once for all seeds."""
 
     file: CampaignFile
     document: Document
-    base: Document
+    base: Document  # base scenario of all drives
     _made: dict[Place, Scenario] = field(default_factory=dict)
 
     @classmethod

@@ -33,8 +33,7 @@ VERDICT_SCHEMA = "tierod.campaign-verdict/1"
 LEFTOVER = re.compile(r"\..+\.[0-9a-f]{12}\.(json|parquet|html|toml)")
 """Names of files that were being written when a process was killed, see `tierod.core.files`."""
 
-_SHOWN = 12
-"""Number of digits of a key in a file name; the complete key is in the file."""
+_SHOWN = 12  # Number of digits of a key in a file name; the complete key is in the file
 
 
 @dataclass(frozen=True)

@@ -22,27 +22,20 @@ from tierod_lab.campaign.plan import Judge
 from tierod_lab.campaign.pools import Passed, Pool, boxes, confusion, pass_through, pool_at
 from tierod_lab.campaign.store import Store
 
-SCHEMA = "tierod.campaign/1"
-"""Name and version of the document."""
+SCHEMA = "tierod.campaign/1"  # Name and version of the document
 
-OPEN = "open"
-"""Outcome of a drive that has not been simulated yet."""
+OPEN = "open"  # Outcome of a drive that has not been simulated yet
 
 MET, MISSED, NOT_JUDGED, UNGATED = "met", "missed", "not judged", "no gates"
-EXIT_CODES = {MET: 0, UNGATED: 0, MISSED: 1, NOT_JUDGED: 2}
-"""Exit code by the combined result of all gates."""
+EXIT_CODES = {MET: 0, UNGATED: 0, MISSED: 1, NOT_JUDGED: 2}  # Exit code by the combined result of all gates
 
 
 @dataclass(frozen=True)
 class Summary:
-    """Results of a campaign.
-
-    Args:
-        rows: row of every monitor and cell, in the order of the matrix
-    """
+    """Results of a campaign."""
 
     campaign: Campaign
-    rows: tuple[Row, ...]
+    rows: tuple[Row, ...]  # row of every monitor and cell, in the order of the matrix
     gates: tuple[Passed, ...]
 
     @property
@@ -211,8 +204,7 @@ def text(content: Mapping[str, object]) -> str:
 
 
 COLUMNS_OF_DRIVE = ("given", "monitor", "outcome_of_drive", "reason", "last_good_s", "recording", "windows")
-PROVENANCE = "provenance"
-"""Column with all data that reproduce the drive, as JSON."""
+PROVENANCE = "provenance"  # Column with all data that reproduce the drive, as JSON
 
 
 def write_table(rows: Sequence[Row], path: Path) -> None:

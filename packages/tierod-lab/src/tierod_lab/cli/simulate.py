@@ -106,8 +106,7 @@ def _with_plant(scenario: Scenario, plant: Path) -> Scenario:
     return driven
 
 
-OFF_PATH = 10.0
-"""Distance from its path at which the driver has lost control of the car [m]."""
+OFF_PATH = 10.0  # Distance from its path at which the driver has lost control of the car [m]
 
 
 def _astray(outcome: Outcome) -> str:
@@ -124,8 +123,7 @@ def _astray(outcome: Outcome) -> str:
     )
 
 
-STANDING = 0.5
-"""Speed up to which a car counts as standing [m/s]."""
+STANDING = 0.5  # Speed up to which a car counts as standing [m/s]
 
 
 def _standing(scenario: Scenario, outcome: Outcome) -> str:

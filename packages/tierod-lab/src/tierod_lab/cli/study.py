@@ -15,8 +15,7 @@ if TYPE_CHECKING:
     from tierod_lab.studies.registry import Study
 
 
-NO_CAUSE = "not known"
-"""Text in place of the cause if a claim does not hold and no cause is stated."""
+NO_CAUSE = "not known"  # Text in place of the cause if a claim does not hold and no cause is stated
 
 
 def study(

@@ -12,19 +12,14 @@ from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 
 SECONDS_PER_DAY = 86400.0
 YEAR = 365.25
-THAW = 75.0
-"""Day of the year on which the roads are free of salt and corrosion begins to swell (16 March)."""
+THAW = 75.0  # Day of the year on which the roads are free of salt and corrosion begins to swell (16 March)
 
 
 @dataclass(frozen=True)
 class Linear:
-    """Steady rise, as by wear of a gear or loss of grease.
+    """Steady rise, as by wear of a gear or loss of grease."""
 
-    Args:
-        rate: rise per second [N*m/s]; "1 N*m" over "100 d" is "0.01 N*m/d"
-    """
-
-    rate: Annotated[float, "N*m/s"]
+    rate: Annotated[float, "N*m/s"]  # rise per second [N*m/s]; "1 N*m" over "100 d" is "0.01 N*m/d"
 
     def added(self, day: np.ndarray, begin: np.ndarray) -> np.ndarray:
         """Friction added [N*m] on days since 1970, for ageing that begins on a day; the shapes are broadcast."""
@@ -33,13 +28,9 @@ class Linear:
 
 @dataclass(frozen=True)
 class Sudden:
-    """Sudden rise, as by a bent rack or a broken bearing.
+    """Sudden rise, as by a bent rack or a broken bearing."""
 
-    Args:
-        size: size of the step [N*m]
-    """
-
-    size: Annotated[float, "N*m"]
+    size: Annotated[float, "N*m"]  # size of the step [N*m]
 
     def added(self, day: np.ndarray, begin: np.ndarray) -> np.ndarray:
         """Friction added by this ageing [N*m]; arguments as in `Linear`."""
@@ -48,15 +39,10 @@ class Sudden:
 
 @dataclass(frozen=True)
 class Corrosion:
-    """Corrosion under a torn boot: after every winter, added friction grows exponentially to its final value.
+    """Corrosion under a torn boot: after every winter, added friction grows exponentially to its final value."""
 
-    Args:
-        size: final increase after each winter [N*m]
-        time: time constant of the growth [s]
-    """
-
-    size: Annotated[float, "N*m", NOT_NEGATIVE]
-    time: Annotated[float, "s", POSITIVE] = 60.0 * SECONDS_PER_DAY
+    size: Annotated[float, "N*m", NOT_NEGATIVE]  # final increase after each winter [N*m]
+    time: Annotated[float, "s", POSITIVE] = 60.0 * SECONDS_PER_DAY  # time constant of the growth [s]
 
     def added(self, day: np.ndarray, begin: np.ndarray) -> np.ndarray:
         """Friction added by this ageing [N*m]; arguments as in `Linear`."""
@@ -70,16 +56,12 @@ class Corrosion:
 
 @dataclass(frozen=True)
 class Ageing:
-    """Ageing of some of the cars.
-
-    Args:
-        law: course of the added friction over time
-        begin: earliest and latest time after the start at which it begins, uniformly distributed [s]
-    """
+    """Ageing of some of the cars."""
 
     name: str
-    law: Linear | Sudden | Corrosion
+    law: Linear | Sudden | Corrosion  # course of the added friction over time
     share: Annotated[float, "", NOT_NEGATIVE]
+    # earliest and latest time after the start at which it begins, uniformly distributed [s]
     begin: tuple[Annotated[float, "s", NOT_NEGATIVE], Annotated[float, "s", NOT_NEGATIVE]] = (0.0, 0.0)
 
     def __post_init__(self) -> None:

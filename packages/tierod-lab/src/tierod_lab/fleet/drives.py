@@ -16,11 +16,9 @@ from tierod_lab.ground.courses.natural import City, Country, Motorway
 from tierod_lab.ground.drives import CHANNELS
 from tierod_lab.ground.scatter import Scatter
 
-_CARS, _ROADS = 77, 78
-"""Numbers of the random streams of cars and roads."""
+_CARS, _ROADS = 77, 78  # Numbers of the random streams of cars and roads
 
-BETWEEN_CARS = Scatter()
-"""Scatter of the parameters and sensors from car to car, as in the friction study."""
+BETWEEN_CARS = Scatter()  # Scatter of the parameters and sensors from car to car, as in the friction study
 
 BETWEEN_DRIVES = Scatter(
     torque_gain=0.0,
@@ -39,21 +37,13 @@ AMBIENT = "ambient_temperature"
 
 @dataclass(frozen=True)
 class VirtualDrive:
-    """One drive of one car.
+    """One drive of one car."""
 
-    Args:
-        car: seed of the car's parameters
-        road: seed of road, driver, load and noise
-        friction: true friction [N*m]
-        duration: duration [s]
-        winter: whether the car has winter tyres
-    """
-
-    car: int
-    road: int
-    friction: Annotated[float, "N*m"]
-    duration: Annotated[float, "s"]
-    winter: bool = False
+    car: int  # seed of the car's parameters
+    road: int  # seed of road, driver, load and noise
+    friction: Annotated[float, "N*m"]  # true friction [N*m]
+    duration: Annotated[float, "s"]  # duration [s]
+    winter: bool = False  # whether the car has winter tyres
     temperature: Annotated[float, "K"] = 288.15
 
     def recording(self) -> Recording:

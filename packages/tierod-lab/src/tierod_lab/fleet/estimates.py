@@ -20,8 +20,7 @@ from tierod_lab.fleet.virtual import VirtualCars
 if TYPE_CHECKING:
     import pyarrow as pa
 
-WRONG = 5.0
-"""Ratio of the error of outlier drives to that of the others."""
+WRONG = 5.0  # Ratio of the error of outlier drives to that of the others
 
 WATCHED = Watched("friction", "", "friction torque at the steering wheel axis", "N*m")
 """Subject of the series that is drawn."""
@@ -36,29 +35,22 @@ class ErrorLaw:
 
     estimate = friction + offset of the car + gain of the car * (friction - at) + tyres of the car in winter + error of
     the drive
-
-    Args:
-        at: friction at which offset and gain are independent [N*m]
-        offset, offset_deviation: mean and standard deviation of the offset of a car [N*m]
-        gain, gain_deviation: mean and standard deviation of the gain of a car minus 1 [-], mostly of its torque sensor
-        winter, winter_deviation: mean and standard deviation of the effect of winter tyres [N*m]
-        drive_deviation: standard deviation from drive to drive of a car on the same tyres [N*m]
-        stated: standard deviation that a drive states, as geometric mean [N*m]
-        stated_spread: standard deviation of its logarithm [-]
-        judged_share: share of drives with an estimate [-]
     """
 
-    at: Annotated[float, "N*m"]
+    at: Annotated[float, "N*m"]  # friction at which offset and gain are independent [N*m]
+    # offset, offset_deviation: mean and standard deviation of the offset of a car [N*m]
     offset: Annotated[float, "N*m"]
     offset_deviation: Annotated[float, "N*m"]
+    # gain, gain_deviation: mean and standard deviation of the gain of a car minus 1 [-], mostly of its torque sensor
     gain: Annotated[float, ""]
     gain_deviation: Annotated[float, ""]
+    # winter, winter_deviation: mean and standard deviation of the effect of winter tyres [N*m]
     winter: Annotated[float, "N*m"]
     winter_deviation: Annotated[float, "N*m"]
-    drive_deviation: Annotated[float, "N*m"]
-    stated: Annotated[float, "N*m"]
-    stated_spread: Annotated[float, ""]
-    judged_share: Annotated[float, ""]
+    drive_deviation: Annotated[float, "N*m"]  # standard deviation from drive to drive of a car on the same tyres [N*m]
+    stated: Annotated[float, "N*m"]  # standard deviation that a drive states, as geometric mean [N*m]
+    stated_spread: Annotated[float, ""]  # standard deviation of its logarithm [-]
+    judged_share: Annotated[float, ""]  # share of drives with an estimate [-]
     drives: int
     cars: int
 

@@ -16,86 +16,59 @@ from tierod.core.files import expanded
 from tierod.core.toml import Document, build
 from tierod_lab.fleet.ageing import SECONDS_PER_DAY, YEAR, Ageing
 
-REFERENCE = 288.15
-"""Temperature at which friction is stated [K]: 15 °C."""
-HOTTEST = 200.0
-"""Warmest day of the year (19 July) [d]."""
+REFERENCE = 288.15  # Temperature at which friction is stated [K]: 15 °C
+HOTTEST = 200.0  # Warmest day of the year (19 July) [d]
 
 
 @dataclass(frozen=True)
 class Group:
-    """A cohort of cars: a batch of racks, a supplier, a climate.
+    """A cohort of cars: a batch of racks, a supplier, a climate."""
 
-    Args:
-        kind, name: kind and name of the cohort, such as "rack batch" and "2026-03"
-        share: share of the cars; the rest of a kind forms a group "others"
-        friction: additional friction of its cars [N*m]
-        warmer: additional ambient temperature of its cars [K]
-    """
-
-    kind: str
+    kind: str  # kind, name: kind and name of the cohort, such as "rack batch" and "2026-03"
     name: str
-    share: Annotated[float, "", POSITIVE]
-    friction: Annotated[float, "N*m"] = 0.0
-    warmer: Annotated[float, "K"] = 0.0
+    share: Annotated[float, "", POSITIVE]  # share of the cars; the rest of a kind forms a group "others"
+    friction: Annotated[float, "N*m"] = 0.0  # additional friction of its cars [N*m]
+    warmer: Annotated[float, "K"] = 0.0  # additional ambient temperature of its cars [K]
 
 
 @dataclass(frozen=True)
 class Season:
-    """Ambient temperature over the year.
+    """Ambient temperature over the year."""
 
-    Args:
-        mean: mean over the year [K]
-        amplitude: amplitude of the annual cycle [K]
-        weather: standard deviation from day to day [K]
-        winter: whether cars stand on winter tyres from November to March
-    """
-
-    mean: Annotated[float, "K", POSITIVE] = 283.15
-    amplitude: Annotated[float, "K", NOT_NEGATIVE] = 9.0
-    weather: Annotated[float, "K", NOT_NEGATIVE] = 4.0
-    winter: bool = True
+    mean: Annotated[float, "K", POSITIVE] = 283.15  # mean over the year [K]
+    amplitude: Annotated[float, "K", NOT_NEGATIVE] = 9.0  # amplitude of the annual cycle [K]
+    weather: Annotated[float, "K", NOT_NEGATIVE] = 4.0  # standard deviation from day to day [K]
+    winter: bool = True  # whether cars stand on winter tyres from November to March
 
 
 @dataclass(frozen=True)
 class FleetFile:
-    """A virtual fleet.
-
-    Args:
-        start: first day, as an ISO date
-        weeks: duration of the study [weeks]
-        duration: duration of a drive [s]
-        vehicle: parameter set that the monitors assume, as a shipped name
-        friction: mean friction of the fault-free cars at 15 °C [N*m]
-        friction_deviation: standard deviation of friction from car to car [N*m]
-        per_kelvin: change of friction with temperature [N*m/K]; grease stiffens in the cold
-        per_metre: rise of friction with mileage [N*m/m]; 0.02 N*m per 10 000 km is 2e-9
-        mileage_per_year, mileage_deviation: median mileage of the cars [m], log-normal with this relative deviation
-        age: age of the oldest car at the start [s]; ages are uniformly distributed
-        season: ambient temperature over the year
-        ageing: ageing of some of the cars
-        wrong_share: share of outlier drives at estimate level, with an error five times as large
-    """
+    """A virtual fleet."""
 
     name: str
     cars: Annotated[int, "", POSITIVE]
-    start: str
+    start: str  # first day, as an ISO date
     description: str = ""
     seed: Annotated[int, "", NOT_NEGATIVE] = 1
-    weeks: Annotated[int, "", POSITIVE] = 52
+    weeks: Annotated[int, "", POSITIVE] = 52  # duration of the study [weeks]
     drives_per_week: Annotated[int, "", POSITIVE] = 1
-    duration: Annotated[float, "s", POSITIVE] = 300.0
-    vehicle: str = "midsize-eps"
-    friction: Annotated[float, "N*m", POSITIVE] = 4.0
+    duration: Annotated[float, "s", POSITIVE] = 300.0  # duration of a drive [s]
+    vehicle: str = "midsize-eps"  # parameter set that the monitors assume, as a shipped name
+    friction: Annotated[float, "N*m", POSITIVE] = 4.0  # mean friction of the fault-free cars at 15 °C [N*m]
+    # standard deviation of friction from car to car [N*m]
     friction_deviation: Annotated[float, "N*m", NOT_NEGATIVE] = 0.2
+    # change of friction with temperature [N*m/K]; grease stiffens in the cold
     per_kelvin: Annotated[float, "N*m/K"] = -0.01
-    per_metre: Annotated[float, "N*m/m"] = 2e-9
+    per_metre: Annotated[float, "N*m/m"] = 2e-9  # rise of friction with mileage [N*m/m]; 0.02 N*m per 10 000 km is 2e-9
+    # mileage_per_year, mileage_deviation: median mileage of the cars [m], log-normal with this relative deviation
     mileage_per_year: Annotated[float, "m", POSITIVE] = 1.5e7
     mileage_deviation: Annotated[float, "", NOT_NEGATIVE] = 0.4
+    # age of the oldest car at the start [s]; ages are uniformly distributed
     age: Annotated[float, "s", NOT_NEGATIVE] = 3.0 * YEAR * SECONDS_PER_DAY
-    season: Season = field(default_factory=Season)
+    season: Season = field(default_factory=Season)  # ambient temperature over the year
     groups: tuple[Group, ...] = ()
-    ageing: tuple[Ageing, ...] = ()
+    ageing: tuple[Ageing, ...] = ()  # ageing of some of the cars
+    # share of outlier drives at estimate level, with an error five times as large
     wrong_share: Annotated[float, "", NOT_NEGATIVE] = 0.005
 
     def __post_init__(self) -> None:
@@ -138,27 +111,17 @@ def _first_day(start: str) -> float:
 
 @dataclass(frozen=True, eq=False)
 class VirtualCars:
-    """Cars of a virtual fleet and their drives; rows are cars, columns are drives.
-
-    Args:
-        labels: kind of cohort -> name of each car's cohort
-        day: day of each drive since 1970 [d], (cars, drives)
-        temperature: ambient temperature [K], (cars, drives)
-        mileage: mileage [m], (cars, drives)
-        friction: true friction [N*m], (cars, drives)
-        ageing: name of each car's ageing; "" for none
-        begin: day on which the ageing begins, (cars,); NaN for none
-    """
+    """Cars of a virtual fleet and their drives; rows are cars, columns are drives."""
 
     file: FleetFile
     names: tuple[str, ...]
-    labels: Mapping[str, tuple[str, ...]]
-    day: np.ndarray
-    temperature: np.ndarray
-    mileage: np.ndarray
-    friction: np.ndarray
-    ageing: tuple[str, ...]
-    begin: np.ndarray
+    labels: Mapping[str, tuple[str, ...]]  # kind of cohort -> name of each car's cohort
+    day: np.ndarray  # day of each drive since 1970 [d], (cars, drives)
+    temperature: np.ndarray  # ambient temperature [K], (cars, drives)
+    mileage: np.ndarray  # mileage [m], (cars, drives)
+    friction: np.ndarray  # true friction [N*m], (cars, drives)
+    ageing: tuple[str, ...]  # name of each car's ageing; "" for none
+    begin: np.ndarray  # day on which the ageing begins, (cars,); NaN for none
 
     @property
     def winter(self) -> np.ndarray:

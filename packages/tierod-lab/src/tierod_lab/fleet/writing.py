@@ -18,8 +18,7 @@ from tierod_lab.fleet.drives import VirtualDrive
 from tierod_lab.fleet.estimates import ErrorLaw, estimates, findings_table
 from tierod_lab.fleet.virtual import VirtualCars
 
-LAW = Path(__file__).parent / "friction-errors.toml"
-"""Error model measured on drives of five minutes."""
+LAW = Path(__file__).parent / "friction-errors.toml"  # Error model measured on drives of five minutes
 
 EPOCH = dt.datetime(1970, 1, 1, tzinfo=dt.UTC)
 PATTERN = r"(?P<vehicle>car-\d+)/(?P<start>\d{8}T\d{6})_(?P<mileage>\d+)km\.parquet$"

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-CARS, WEEKS = 120, 52
-"""Numbers of cars and of weeks of the demo fleet."""
+CARS, WEEKS = 120, 52  # Numbers of cars and of weeks of the demo fleet
 
 
 def demo_fleet(folder: Path) -> None:

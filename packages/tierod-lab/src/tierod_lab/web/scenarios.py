@@ -14,8 +14,7 @@ from typing import Any
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.toml import quoted
 
-LONGEST = 3600.0
-"""Longest drive that the page may request [s]."""
+LONGEST = 3600.0  # Longest drive that the page may request [s]
 
 _SIZE = re.compile(r"[-+]?[0-9.]+(?:e[-+]?[0-9]+)?(?: ?[A-Za-z°µ%Ω/*·^0-9.]{1,20})?", re.IGNORECASE)
 

@@ -33,8 +33,7 @@ reader of the output closed it before a verdict was available.
 COMPLETION = ("--install-completion", "--show-completion")
 """Options of typer that enable the completion of commands and options in a shell."""
 
-COMPLETE = "_TIEROD_COMPLETE"
-"""Variable of the environment in which a shell asks for completions."""
+COMPLETE = "_TIEROD_COMPLETE"  # Variable of the environment in which a shell asks for completions
 
 LONGEST_SENTENCE = 1200
 """Largest number of characters of an error that are printed: a name in a damaged file may be as long as the file."""

@@ -27,8 +27,7 @@ DRIVES = {
 }
 """Shipped scenario whose drive gives the test vectors of a monitor if no other is named."""
 
-FAULT_MEMORY = "fault-memory"
-"""Name of the fault memory, which is exported as C like a monitor."""
+FAULT_MEMORY = "fault-memory"  # Name of the fault memory, which is exported as C like a monitor
 
 DRIVEN_STEPS, RANDOM_STEPS = 100_000, 100_000
 """Largest numbers of steps from a drive and from random inputs in the comparison of the evidence."""
@@ -36,20 +35,13 @@ DRIVEN_STEPS, RANDOM_STEPS = 100_000, 100_000
 
 @dataclass(frozen=True)
 class CChoice:
-    """Options of the C export of a monitor, as on the command line.
-
-    Args:
-        validity: whether a mask states which inputs are valid, in place of NaN
-        libm: whether functions such as the sine come from the C library
-        drive: recording or scenario of the test vectors; a shipped scenario where None
-        evidence: whether the export is compared, checked and measured
-    """
+    """Options of the C export of a monitor, as on the command line."""
 
     precision: str = "single"
-    validity: bool = False
-    libm: bool = True
-    drive: str | None = None
-    evidence: bool = False
+    validity: bool = False  # whether a mask states which inputs are valid, in place of NaN
+    libm: bool = True  # whether functions such as the sine come from the C library
+    drive: str | None = None  # recording or scenario of the test vectors; a shipped scenario where None
+    evidence: bool = False  # whether the export is compared, checked and measured
 
 
 def export_c(name: str, vehicle: str | None, variant: str | None, choice: CChoice, output: Path) -> None:

@@ -17,8 +17,7 @@ if TYPE_CHECKING:
     from tierod.fleet.running import Progress, Summary
     from tierod.monitors.runner import Chosen
 
-REPORT = "report"
-"""Word in place of the recordings that requests the report of a results folder."""
+REPORT = "report"  # Word in place of the recordings that requests the report of a results folder
 
 Recordings = Annotated[
     list[str],

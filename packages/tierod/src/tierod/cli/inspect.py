@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     from tierod.monitors.inspection import Inspection
     from tierod.vehicles import Vehicle
 
-_SHOWN = 40
-"""Number of channels without a canonical name that are listed without --all."""
+_SHOWN = 40  # Number of channels without a canonical name that are listed without --all
 
 
 def inspect(

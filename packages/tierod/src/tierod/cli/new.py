@@ -109,16 +109,11 @@ def next_commands(file: Path, drives: Sequence[Path]) -> list[str]:
 
 
 class _Use(NamedTuple):
-    """Possible uses of a recording of a car.
-
-    Args:
-        not_learnt: why parameters cannot be identified from it; "" if they may be
-        judged: whether a monitor can judge it
-    """
+    """Possible uses of a recording of a car."""
 
     path: Path
-    not_learnt: str
-    judged: bool
+    not_learnt: str  # why parameters cannot be identified from it; "" if they may be
+    judged: bool  # whether a monitor can judge it
 
     @classmethod
     def of(cls, path: Path, file: Path) -> _Use:

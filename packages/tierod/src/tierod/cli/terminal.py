@@ -76,14 +76,11 @@ def _spelt(letter: str) -> str:
     return "".join(f"\\u{units[place : place + 2].hex()}" for place in range(0, len(units), 2))
 
 
-PATIENCE = 1.0
-"""Time before a progress bar appears [s]."""
+PATIENCE = 1.0  # Time before a progress bar appears [s]
 
-QUIET_SECONDS = 10.0
-"""Shortest time between two lines of progress if stderr is no terminal [s]."""
+QUIET_SECONDS = 10.0  # Shortest time between two lines of progress if stderr is no terminal [s]
 
-PIPED_WIDTH = 120
-"""Width of the output in columns if it is no terminal."""
+PIPED_WIDTH = 120  # Width of the output in columns if it is no terminal
 
 
 def output() -> Console:

@@ -75,13 +75,10 @@ class DebounceCounters:
 
     A consequence that has failed before loses its verdict then: if it is still present when its causes have passed, it
     fails again.
-
-    Args:
-        causes: positions of the codes that cause each code
     """
 
     counters: tuple[DebounceCounter, ...]
-    causes: tuple[tuple[int, ...], ...]
+    causes: tuple[tuple[int, ...], ...]  # positions of the codes that cause each code
 
     def __post_init__(self) -> None:
         known = range(len(self.counters))

@@ -21,22 +21,14 @@ class CodeStatus(IntFlag):
     Source: ISO 14229-1:2020, annex D.2, DTC status bits.
     """
 
-    TEST_FAILED = 0x01
-    """The latest completed test failed."""
-    FAILED_THIS_CYCLE = 0x02
-    """A test failed in this operation cycle."""
-    PENDING = 0x04
-    """A test failed in this or the last operation cycle in which it was completed."""
-    CONFIRMED = 0x08
-    """The test failed in the cycles required for confirmation, and the code has not aged since."""
-    NOT_COMPLETED_SINCE_CLEAR = 0x10
-    """No test was completed since the memory was cleared."""
-    FAILED_SINCE_CLEAR = 0x20
-    """A test failed since the memory was cleared."""
-    NOT_COMPLETED_THIS_CYCLE = 0x40
-    """No test was completed in this operation cycle."""
-    WARNING_REQUESTED = 0x80
-    """The warning lamp is requested."""
+    TEST_FAILED = 0x01  # The latest completed test failed
+    FAILED_THIS_CYCLE = 0x02  # A test failed in this operation cycle
+    PENDING = 0x04  # A test failed in this or the last operation cycle in which it was completed
+    CONFIRMED = 0x08  # The test failed in the cycles required for confirmation, and the code has not aged since
+    NOT_COMPLETED_SINCE_CLEAR = 0x10  # No test was completed since the memory was cleared
+    FAILED_SINCE_CLEAR = 0x20  # A test failed since the memory was cleared
+    NOT_COMPLETED_THIS_CYCLE = 0x40  # No test was completed in this operation cycle
+    WARNING_REQUESTED = 0x80  # The warning lamp is requested
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -77,28 +69,20 @@ def at_cycle_start(status: CodeStatus) -> CodeStatus:
     return (status | CodeStatus.NOT_COMPLETED_THIS_CYCLE) & ~CodeStatus.FAILED_THIS_CYCLE
 
 
-_CHECKED = {"strict": True, "extra": "forbid", "allow_inf_nan": False}
-"""How pydantic checks the content of a file."""
+_CHECKED = {"strict": True, "extra": "forbid", "allow_inf_nan": False}  # How pydantic checks the content of a file
 
 
 @dataclass(frozen=True)
 class FreezeFrame:
-    """Signals around the instant of a failed test.
-
-    Args:
-        cycle: number of the operation cycle
-        date: beginning of the cycle, ISO 8601
-        instant: time of the failure in the recording [s]
-        time: times of the values relative to the instant [s]
-        values: values by signal, one per time, in SI units; None where nothing was measured
-    """
+    """Signals around the instant of a failed test."""
 
     __pydantic_config__: ClassVar[dict[str, object]] = _CHECKED
 
-    cycle: int
-    date: str
-    instant: float
-    time: tuple[float, ...]
+    cycle: int  # number of the operation cycle
+    date: str  # beginning of the cycle, ISO 8601
+    instant: float  # time of the failure in the recording [s]
+    time: tuple[float, ...]  # times of the values relative to the instant [s]
+    # values by signal, one per time, in SI units; None where nothing was measured
     values: Mapping[str, tuple[float | None, ...]]
 
     def at_instant(self) -> dict[str, float | None]:
@@ -113,27 +97,18 @@ class FreezeFrame:
 
 @dataclass(frozen=True)
 class Entry:
-    """Entry of one trouble code.
-
-    Args:
-        verdict: present verdict: 1 failed, -1 passed, 0 none yet
-        occurrences: number of changes to failed since the memory was cleared
-        failed_cycles: number of consecutive failed cycles, up to confirmation
-        passed_cycles: number of consecutive passed cycles, for healing and then for aging
-        healed: whether the lamp request has been withdrawn and aging has begun
-        consequence_of: name of the code that caused the latest failure, until a test passes; "" for none
-    """
+    """Entry of one trouble code."""
 
     __pydantic_config__: ClassVar[dict[str, object]] = _CHECKED
 
     status: CodeStatus = CLEARED
     counter: int = 0
-    verdict: int = 0
-    occurrences: int = 0
-    failed_cycles: int = 0
-    passed_cycles: int = 0
-    healed: bool = False
-    consequence_of: str = ""
+    verdict: int = 0  # present verdict: 1 failed, -1 passed, 0 none yet
+    occurrences: int = 0  # number of changes to failed since the memory was cleared
+    failed_cycles: int = 0  # number of consecutive failed cycles, up to confirmation
+    passed_cycles: int = 0  # number of consecutive passed cycles, for healing and then for aging
+    healed: bool = False  # whether the lamp request has been withdrawn and aging has begun
+    consequence_of: str = ""  # name of the code that caused the latest failure, until a test passes; "" for none
     first: FreezeFrame | None = None
     last: FreezeFrame | None = None
 
@@ -228,11 +203,9 @@ def ended(entry: Entry, code: TroubleCode) -> Entry:
     return entry
 
 
-BEFORE, AFTER = 2.0, 1.0
-"""Time before and after the failure that a freeze frame covers [s]."""
+BEFORE, AFTER = 2.0, 1.0  # Time before and after the failure that a freeze frame covers [s]
 
-MOST = 61
-"""Largest number of values per signal in a freeze frame."""
+MOST = 61  # Largest number of values per signal in a freeze frame
 
 
 class Window:

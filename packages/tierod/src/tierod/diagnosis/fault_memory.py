@@ -20,11 +20,9 @@ from tierod.diagnosis.debounce import DebounceCounters
 from tierod.diagnosis.entry import AFTER, BEFORE, CodeStatus, Entry, Window, after_test, begun, displaced, ended, failed
 from tierod.diagnosis.trouble_codes import REACTIONS, TroubleCodes, load_trouble_codes
 
-CAUSE_DELAY = 2.0
-"""Longest delay by which a slower cause may fail after its consequence and still replace it [s]."""
+CAUSE_DELAY = 2.0  # Longest delay by which a slower cause may fail after its consequence and still replace it [s]
 
-PLACES = 24
-"""Number of codes that the memory can hold."""
+PLACES = 24  # Number of codes that the memory can hold
 
 
 RECORDINGS = 1000

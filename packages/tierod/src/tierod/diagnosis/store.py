@@ -17,22 +17,17 @@ from tierod.core.user_files import MOST_DATA_BYTES, json_document, names_schema,
 from tierod.diagnosis.entry import Entry
 from tierod.diagnosis.trouble_codes import TroubleCodes
 
-SCHEMA = "tierod.fault-memory/1"
-"""Name and version of the file format."""
+SCHEMA = "tierod.fault-memory/1"  # Name and version of the file format
 
 _FIELDS = {"cycles": int, "date": str, "open": bool, "overflowed": bool, "entries": dict}
 
 
 @dataclass(frozen=True)
 class Kept:
-    """Content of a file.
-
-    Args:
-        entries: by name of their code; the codes are those of the table at the time of writing
-    """
+    """Content of a file."""
 
     content: Mapping[str, Any]
-    entries: Mapping[str, Entry]
+    entries: Mapping[str, Entry]  # by name of their code; the codes are those of the table at the time of writing
     digest: str
     vehicle: str
 
@@ -41,7 +36,6 @@ def load(path: Path, codes: TroubleCodes, vehicle: str | None = None) -> Kept:
     """Read and check a file.
 
     Args:
-        path: of the file
         codes: table of trouble codes; it may contain codes added since the file was written
         vehicle: required vehicle name; None for any
 

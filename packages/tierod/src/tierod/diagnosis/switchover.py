@@ -15,19 +15,12 @@ from tierod.core.graph.maths import both, either, negated, present, sqrt, where
 
 @dataclass(frozen=True)
 class Substitute:
-    """One substitute of a signal.
+    """One substitute of a signal."""
 
-    Args:
-        name: of the method, a few words with hyphens
-        needs: monitored sensors that it requires
-        deviation: measured root-mean-square error relative to the true signal [unit of the signal]
-        source: origin of the measured error
-    """
-
-    name: str
-    needs: tuple[str, ...]
-    deviation: float
-    source: str
+    name: str  # of the method, a few words with hyphens
+    needs: tuple[str, ...]  # monitored sensors that it requires
+    deviation: float  # measured root-mean-square error relative to the true signal [unit of the signal]
+    source: str  # origin of the measured error
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.deviation) and self.deviation > 0.0):
@@ -86,27 +79,19 @@ def graph_from(table: Mapping[str, Any]) -> SubstitutionGraph:
     return SubstitutionGraph(tuple(made), tuple(made.values()))
 
 
-SENSOR = 0.0
-"""Source of a value: the sensor itself; 1, 2, ... are its substitutes."""
-HELD = -1.0
-"""Source of a value: neither sensor nor substitute is available, and the last value is held."""
-NOTHING = -2.0
-"""Source of a value: there has been no value yet."""
+SENSOR = 0.0  # Source of a value: the sensor itself; 1, 2, ... are its substitutes.
+HELD = -1.0  # Source of a value: neither sensor nor substitute is available, and the last value is held
+NOTHING = -2.0  # Source of a value: there has been no value yet
 
 
 class Supplied(NamedTuple):
-    """A signal as supplied to its users.
+    """A signal as supplied to its users."""
 
-    Args:
-        value: value of the sensor or its substitute [unit of the signal]
-        deviation: standard deviation of the substitute including the remaining bump; grows while the value is held;
-            zero while the sensor is used
-        source: 0 the sensor, 1, 2, ... the substitute, -1 last value held, -2 no value yet
-    """
-
-    value: Scalar
+    value: Scalar  # value of the sensor or its substitute [unit of the signal]
+    # standard deviation of the substitute including the remaining bump; grows while the value is held; zero while the
+    # sensor is used
     deviation: Scalar
-    source: Scalar
+    source: Scalar  # 0 the sensor, 1, 2, ... the substitute, -1 last value held, -2 no value yet
 
 
 class SupplyState(NamedTuple):
@@ -127,9 +112,7 @@ class Switchover:
     found faulty begins at its own value at once.
 
     Args:
-        graph: sensors and their substitutes
         growth: growth rate of the deviation of a held value, per signal [unit of the signal per s]
-        fade: time constant of the transition
 
     Raises:
         ParameterError: the numbers of growths and sensors differ, or a time is not positive

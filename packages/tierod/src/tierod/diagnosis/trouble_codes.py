@@ -14,11 +14,9 @@ from tierod.core.findings import Status
 from tierod.core.toml import Document, build
 from tierod.diagnosis.debounce import DebounceCounter
 
-SHIPPED = Path(__file__).with_name("trouble-codes.toml")
-"""Table of trouble codes shipped with tierod."""
+SHIPPED = Path(__file__).with_name("trouble-codes.toml")  # Table of trouble codes shipped with tierod
 
-REACTIONS = ("none", "degrade", "substitute", "off")
-"""Reactions of the vehicle to a fault, the weakest first."""
+REACTIONS = ("none", "degrade", "substitute", "off")  # Reactions of the vehicle to a fault, the weakest first
 
 _CODE = re.compile(r"([PCBU])([0-3])([0-9A-F]{3})-([0-9A-F]{2})")
 
@@ -94,15 +92,10 @@ class TroubleCode:
 
 @dataclass(frozen=True)
 class TroubleCodes:
-    """A table of trouble codes.
+    """A table of trouble codes."""
 
-    Args:
-        codes: by name, in the order of the table
-        identifiers: data identifier of each signal in a freeze frame, 0 to 65535, by canonical name
-    """
-
-    codes: Mapping[str, TroubleCode]
-    identifiers: Mapping[str, int]
+    codes: Mapping[str, TroubleCode]  # by name, in the order of the table
+    identifiers: Mapping[str, int]  # data identifier of each signal in a freeze frame, 0 to 65535, by canonical name
 
     def __post_init__(self) -> None:
         for name, code in self.codes.items():

@@ -12,8 +12,7 @@ READ, CLEAR = 0x19, 0x14
 NEGATIVE, POSITIVE_OFFSET = 0x7F, 0x40
 SUBFUNCTION_NOT_SUPPORTED, INCORRECT_LENGTH, OUT_OF_RANGE, SERVICE_NOT_SUPPORTED = 0x12, 0x13, 0x31, 0x11
 
-AVAILABLE = 0xFF
-"""Status availability mask: all bits of the status byte are supported."""
+AVAILABLE = 0xFF  # Status availability mask: all bits of the status byte are supported
 FORMAT_14229 = 0x01
 SUPPRESS_POSITIVE = 0x80
 FIRST, LAST, ALL = 1, 2, 0xFF

@@ -194,7 +194,6 @@ def rows_of(
     """C code of members with their comments.
 
     Args:
-        known: description of every number, by its position
         kinds: C types of members that are no plain numbers, by the position of their first number
     """
     types, real = kinds or {}, face.spelling.real

@@ -86,7 +86,6 @@ def comparing_program(face: Interface, tolerances: Sequence[float], beyond: floa
     """C code of the comparison program.
 
     Args:
-        tolerances: largest permitted difference of every output
         beyond: share of rows that may exceed the tolerances
     """
     prefix, subject = face.prefix, face.subject

@@ -20,7 +20,6 @@ class CutPrinter(StatementPrinter):
 
     Args:
         clocks: states that are stored as whole numbers of steps
-        longest: largest number of operations of one function
     """
 
     def __init__(self, body: Body, clocks: Mapping[int, Clock], longest: int = LONGEST):

@@ -125,7 +125,6 @@ def layout(
         needs: values used by the store of every output
         parts: all its operations, each after those that it depends on
         truths: logical values (0 or 1), which have a scratch array of their own
-        longest: largest number of operations of a segment
         readable: outputs from which a computed value can be read back
     """
     needed = _needed(program, needs, parts)
@@ -148,11 +147,7 @@ def layout(
 
 
 def pieces(program: Program, operations: Sequence[int], longest: int) -> Iterator[tuple[int, ...]]:
-    """Pieces of operations, cut where the fewest values cross and at least two thirds of the longest length.
-
-    Args:
-        longest: largest number of operations of a piece
-    """
+    """Pieces of operations, cut where the fewest values cross and at least two thirds of the longest length."""
     last = {each: place for place, index in enumerate(operations) for each in program.operations[index].arguments}
     living = [0] * (len(operations) + 1)
     for place, index in enumerate(operations):

@@ -216,7 +216,6 @@ def vectors_of(subject: Subject, inputs: np.ndarray, source: str, steps: int = S
 
     Args:
         inputs: (n, inputs)
-        source: description of the origin of the inputs
     """
     taken = rounded(inputs[:steps])
     return Vectors(taken, scan(subject.block, taken).values[::SPACING], source)

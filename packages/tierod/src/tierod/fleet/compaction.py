@@ -26,11 +26,9 @@ if TYPE_CHECKING:
 
 FOLDER = "findings"
 
-UNDATED = "unknown"
-"""Month of recordings without a date."""
+UNDATED = "unknown"  # Month of recordings without a date
 
-ROWS = 1 << 16
-"""Rows of a row group; small enough that a query of one vehicle reads little."""
+ROWS = 1 << 16  # Rows of a row group; small enough that a query of one vehicle reads little
 
 
 def mark_doubles(ledger: Ledger) -> None:

@@ -33,30 +33,20 @@ OWN_GROUPS = ("vehicle", "mileage", "start")
 
 @dataclass(frozen=True)
 class Entry:
-    """Entry of the fleet file for some recordings, and the way to identify the vehicle of each.
+    """Entry of the fleet file for some recordings, and the way to identify the vehicle of each."""
 
-    Args:
-        files: wildcard pattern that a recording's path, or its end from some folder on, must match; "" matches all
-        pattern: regular expression (RE2) searched for in the path; its group `vehicle` names the vehicle, `mileage` is
-            a number, `start` an ISO date and time (UTC where it has no offset), and other groups label the cohort
-        vehicle: name of the vehicle of all these recordings
-        metadata: entry of a recording's metadata that names the vehicle
-        column: text column of a Parquet file that names the vehicle
-        parameters: vehicle file or shipped name; if empty, the vehicle named in the recording
-        cohort: labels of all these recordings
-        cohort_metadata: entries of a recording's metadata that label the cohort
-        mileage: mileage of the vehicle [m]
-    """
-
+    # wildcard pattern that a recording's path, or its end from some folder on, must match; "" matches all
     files: str = ""
+    # regular expression (RE2) searched for in the path; its group `vehicle` names the vehicle, `mileage` is a number,
+    # `start` an ISO date and time (UTC where it has no offset), and other groups label the cohort
     pattern: str = ""
-    vehicle: str = ""
-    metadata: str = ""
-    column: str = ""
-    parameters: str = ""
-    cohort: Mapping[str, str] = field(default_factory=dict)
-    cohort_metadata: tuple[str, ...] = ()
-    mileage: Annotated[float, "m", NOT_NEGATIVE] | None = None
+    vehicle: str = ""  # name of the vehicle of all these recordings
+    metadata: str = ""  # entry of a recording's metadata that names the vehicle
+    column: str = ""  # text column of a Parquet file that names the vehicle
+    parameters: str = ""  # vehicle file or shipped name; if empty, the vehicle named in the recording
+    cohort: Mapping[str, str] = field(default_factory=dict)  # labels of all these recordings
+    cohort_metadata: tuple[str, ...] = ()  # entries of a recording's metadata that label the cohort
+    mileage: Annotated[float, "m", NOT_NEGATIVE] | None = None  # mileage of the vehicle [m]
     mileage_metadata: str = ""
     mileage_unit: str = "km"
 
@@ -79,50 +69,33 @@ class Entry:
 
 @dataclass(frozen=True)
 class Single:
-    """Description of one vehicle.
+    """Description of one vehicle."""
 
-    Args:
-        parameters: vehicle file or shipped name; if empty, that of the entry
-        cohort: labels in addition to those of the entry
-        mileage: mileage if neither the entry nor the recording states it [m]
-    """
-
-    parameters: str = ""
-    cohort: Mapping[str, str] = field(default_factory=dict)
+    parameters: str = ""  # vehicle file or shipped name; if empty, that of the entry
+    cohort: Mapping[str, str] = field(default_factory=dict)  # labels in addition to those of the entry
+    # mileage if neither the entry nor the recording states it [m]
     mileage: Annotated[float, "m", NOT_NEGATIVE] | None = None
 
 
 @dataclass(frozen=True)
 class Assigned:
-    """Vehicle assigned to a recording.
+    """Vehicle assigned to a recording."""
 
-    Args:
-        vehicle: name of the individual vehicle
-        parameters: path of its vehicle file, or a shipped name; "" for the vehicle named in the recording
-        cohort: labels by kind of cohort
-        mileage: mileage [m]; None if unknown
-        start: start of the recording from its name, in seconds since 1970, UTC; None if the name has none
-    """
-
-    vehicle: str
-    parameters: str = ""
-    cohort: Mapping[str, str] = field(default_factory=dict)
-    mileage: Annotated[float, "m"] | None = None
+    vehicle: str  # name of the individual vehicle
+    parameters: str = ""  # path of its vehicle file, or a shipped name; "" for the vehicle named in the recording
+    cohort: Mapping[str, str] = field(default_factory=dict)  # labels by kind of cohort
+    mileage: Annotated[float, "m"] | None = None  # mileage [m]; None if unknown
+    # start of the recording from its name, in seconds since 1970, UTC; None if the name has none
     start: Annotated[float, "s"] | None = None
 
 
 @dataclass(frozen=True)
 class Fleet:
-    """Content of a fleet file.
+    """Content of a fleet file."""
 
-    Args:
-        recordings: entries, of which the first that matches applies
-        source: path of the file, for messages
-    """
-
-    recordings: tuple[Entry, ...]
+    recordings: tuple[Entry, ...]  # entries, of which the first that matches applies
     vehicles: Mapping[str, Single] = field(default_factory=dict)
-    source: str = "the fleet"
+    source: str = "the fleet"  # path of the file, for messages
 
     def entry(self, name: str) -> Entry:
         """The entry that matches a recording."""
@@ -191,9 +164,6 @@ def one_vehicle(parameters: str) -> Fleet:
 
 def load(path: str | Path) -> Fleet:
     """Read a fleet file; relative paths in it start from its own folder.
-
-    Args:
-        path: path of the TOML file
 
     Raises:
         ParameterError: the file cannot be read, or has an error; the message names the line

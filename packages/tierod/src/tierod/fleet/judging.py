@@ -21,8 +21,7 @@ from tierod.monitors.runner import Chosen, Concluded, Runner
 from tierod.vehicles import Vehicle
 from tierod.work.fingerprint import fingerprint
 
-Row = dict[str, Any]
-"""Row of the findings, without the columns from the fleet file."""
+Row = dict[str, Any]  # Row of the findings, without the columns from the fleet file
 
 
 EDGE: Annotated[float, "s"] = 0.5
@@ -35,19 +34,14 @@ class TooShort(InputError):
 
 @dataclass(frozen=True)
 class Asked:
-    """Settings by which recordings are judged.
+    """Settings by which recordings are judged."""
 
-    Args:
-        monitors: the monitors that judge
-        span: time between stored verdicts of a long recording, with the state kept; infinite for one verdict [s]
-        shortest: shortest duration of a recording that is judged [s]
-        spread: whether parameter uncertainty is propagated into bands and verdict. A parameter error is the same in all
-            drives of a car, so that it shifts its level, but not its trend
-    """
-
-    monitors: tuple[Chosen, ...]
+    monitors: tuple[Chosen, ...]  # the monitors that judge
+    # time between stored verdicts of a long recording, with the state kept; infinite for one verdict [s]
     span: Annotated[float, "s"] = float("inf")
-    shortest: Annotated[float, "s"] = 30.0
+    shortest: Annotated[float, "s"] = 30.0  # shortest duration of a recording that is judged [s]
+    # whether parameter uncertainty is propagated into bands and verdict. A parameter error is the same in all drives of
+    # a car, so that it shifts its level, but not its trend
     spread: bool = True
 
     def runner(self, car: Vehicle) -> Runner:
@@ -57,23 +51,14 @@ class Asked:
 
 @dataclass(frozen=True)
 class Judgement:
-    """Judgement of a recording.
+    """Judgement of a recording."""
 
-    Args:
-        rows: rows of the findings
-        estimates: traces of the estimates, by monitor and name
-        refused: reason why a monitor did not run, by monitor
-        start: start of the recording in seconds since 1970, UTC; None without a date
-        duration: duration of the recording [s]
-        moments: mean and standard deviation of every signal that was read
-    """
-
-    rows: tuple[Row, ...]
-    estimates: Mapping[str, Mapping[str, Trace]]
-    refused: Mapping[str, str]
-    start: Annotated[float, "s"] | None
-    duration: Annotated[float, "s"]
-    moments: Mapping[str, Sequence[float]]
+    rows: tuple[Row, ...]  # rows of the findings
+    estimates: Mapping[str, Mapping[str, Trace]]  # traces of the estimates, by monitor and name
+    refused: Mapping[str, str]  # reason why a monitor did not run, by monitor
+    start: Annotated[float, "s"] | None  # start of the recording in seconds since 1970, UTC; None without a date
+    duration: Annotated[float, "s"]  # duration of the recording [s]
+    moments: Mapping[str, Sequence[float]]  # mean and standard deviation of every signal that was read
 
 
 def judge(pieces: Iterator[Recording], runner: Runner, asked: Asked, start: float | None = None) -> Judgement:

@@ -22,14 +22,11 @@ if TYPE_CHECKING:
 
 FOLDER = "ledger"
 
-MOST_ROWS = 1000
-"""Largest number of rows that wait for their segment."""
+MOST_ROWS = 1000  # Largest number of rows that wait for their segment
 
-MOST_SECONDS: Annotated[float, "s"] = 5.0
-"""Longest time that a row waits for its segment while further rows arrive."""
+MOST_SECONDS: Annotated[float, "s"] = 5.0  # Longest time that a row waits for its segment while further rows arrive
 
-MOST_SEGMENTS = 16
-"""Number of segments above which they are merged at the end of a run."""
+MOST_SEGMENTS = 16  # Number of segments above which they are merged at the end of a run
 
 Row = dict[str, Any]
 

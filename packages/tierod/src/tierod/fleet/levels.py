@@ -21,17 +21,13 @@ from tierod.fleet.places import place_of
 if TYPE_CHECKING:
     import pyarrow as pa
 
-FINEST: Annotated[float, "s"] = 1.0
-"""Bin width of the finest level; estimates change more slowly."""
+FINEST: Annotated[float, "s"] = 1.0  # Bin width of the finest level; estimates change more slowly
 
-FACTOR = 4
-"""Number of bins that are merged into one of the next coarser level."""
+FACTOR = 4  # Number of bins that are merged into one of the next coarser level
 
-COARSEST = 64
-"""Largest number of bins of the coarsest level."""
+COARSEST = 64  # Largest number of bins of the coarsest level
 
-GROUP = 4096
-"""Rows of a row group, the smallest unit that is read: 80 kB, and more than a screen has columns."""
+GROUP = 4096  # Rows of a row group, the smallest unit that is read: 80 kB, and more than a screen has columns
 
 
 def path_of(key: str) -> str:

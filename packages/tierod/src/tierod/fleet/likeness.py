@@ -13,8 +13,7 @@ from tierod.core.recording import Recording
 TEMPERATURE = "ambient_temperature"
 """Ambient temperature, which is not compared: it hardly varies, so that rounding changes its moments."""
 
-LEAST_SIGNALS = 3
-"""Smallest number of common signals; fewer agree by chance."""
+LEAST_SIGNALS = 3  # Smallest number of common signals; fewer agree by chance
 
 TOLERANCE = 5e-4
 """Tolerance of the moments in standard deviations of the signal.
@@ -22,8 +21,7 @@ TOLERANCE = 5e-4
 Rounding to a logger's resolution changes less; pure noise, of a car that stands for ten minutes, agrees to .004.
 """
 
-MINUTE: Annotated[float, "s"] = 60.0
-"""Tolerance of the start times; the clocks of two loggers differ by less."""
+MINUTE: Annotated[float, "s"] = 60.0  # Tolerance of the start times; the clocks of two loggers differ by less
 
 
 class Moments:

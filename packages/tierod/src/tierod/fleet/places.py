@@ -20,19 +20,14 @@ from typing import IO, Any
 from tierod.core.errors import InputError, MissingExtra, OutputError, ParameterError
 from tierod.core.files import expanded, text_of
 
-LOCAL = "file"
-"""Protocol of local folders."""
+LOCAL = "file"  # Protocol of local folders
 
 
 @dataclass(frozen=True)
 class Place:
-    """A folder given by its address; it is sent to workers as text and opens its storage there.
+    """A folder given by its address; it is sent to workers as text and opens its storage there."""
 
-    Args:
-        root: path of the folder, or its address with a protocol
-    """
-
-    root: str
+    root: str  # path of the folder, or its address with a protocol
     _opened: list[Any] = field(default_factory=list, compare=False, repr=False)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -185,8 +180,7 @@ def _write_local(path: Path, content: bytes, sync: bool) -> None:
         raise
 
 
-MAGIC = re.compile(r"[*?\[]")
-"""Characters that make a name a pattern."""
+MAGIC = re.compile(r"[*?\[]")  # Characters that make a name a pattern
 
 _PARTS = re.compile(r"\*\*/|\*\*|\*|\?|\[!?[^]/]+\]|.", re.DOTALL)
 
@@ -251,19 +245,12 @@ def _translated(part: str) -> str:
 
 @dataclass(frozen=True)
 class Found:
-    """A recording before it is opened.
+    """A recording before it is opened."""
 
-    Args:
-        path: path or address of the recording, as the system knows it
-        bytes: size [bytes]
-        modified: time of change, or the tag of the content in the storage (ETag)
-        refusal: why it cannot be accessed; "" if it can
-    """
-
-    path: str
-    bytes: int
-    modified: str
-    refusal: str = ""
+    path: str  # path or address of the recording, as the system knows it
+    bytes: int  # size [bytes]
+    modified: str  # time of change, or the tag of the content in the storage (ETag)
+    refusal: str = ""  # why it cannot be accessed; "" if it can
 
     @property
     def name(self) -> str:

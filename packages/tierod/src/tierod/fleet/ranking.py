@@ -55,23 +55,16 @@ INSPECT = {
 
 @dataclass(frozen=True)
 class Reason:
-    """One reason for a car to be in the list.
-
-    Args:
-        inspect: what to do: the parts to inspect, or the drives to look at
-        trends: trends of the quantity, with the index of the car in them; None if it is not followed
-        rows: rows of the underlying findings, the newest first
-        to_confirm: drives that are not healthy, but not enough for a persistent fault
-        weight: order among reasons of the same urgency, the largest first
-    """
+    """One reason for a car to be in the list."""
 
     urgency: Urgency
     text: str
-    inspect: str
+    inspect: str  # what to do: the parts to inspect, or the drives to look at
+    # trends of the quantity, with the index of the car in them; None if it is not followed
     trends: tuple[Trends, int] | None = None
-    rows: tuple[int, ...] = ()
-    to_confirm: tuple[Drive, ...] = ()
-    weight: float = 0.0
+    rows: tuple[int, ...] = ()  # rows of the underlying findings, the newest first
+    to_confirm: tuple[Drive, ...] = ()  # drives that are not healthy, but not enough for a persistent fault
+    weight: float = 0.0  # order among reasons of the same urgency, the largest first
 
     def and_also(self, trend: Reason, text: str) -> Reason:
         """This reason together with the trend of the same quantity: one reason, as urgent as the more urgent one."""
@@ -88,14 +81,10 @@ class Reason:
 
 @dataclass(frozen=True)
 class Ranked:
-    """A car in the list.
-
-    Args:
-        reasons: reasons, the most urgent first
-    """
+    """A car in the list."""
 
     vehicle: str
-    reasons: tuple[Reason, ...] = field(repr=False)
+    reasons: tuple[Reason, ...] = field(repr=False)  # reasons, the most urgent first
 
     @property
     def urgency(self) -> Urgency:

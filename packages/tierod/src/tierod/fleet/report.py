@@ -30,19 +30,12 @@ if TYPE_CHECKING:
 
 
 class Coverage(NamedTuple):
-    """Number of cars with a verdict, and gaps in the coverage.
+    """Number of cars with a verdict, and gaps in the coverage."""
 
-    Args:
-        vehicles: number of cars with findings
-        judged: number of these with a verdict of at least one monitor
-        confirmed: number of these of which a monitor said healthy, or consistent: an estimate alone confirms nothing
-        remarks: monitors without a verdict on some of the cars that they examined, and why
-    """
-
-    vehicles: int
-    judged: int
-    confirmed: int
-    remarks: tuple[str, ...]
+    vehicles: int  # number of cars with findings
+    judged: int  # number of these with a verdict of at least one monitor
+    confirmed: int  # number of these of which a monitor said healthy, or consistent: an estimate alone confirms nothing
+    remarks: tuple[str, ...]  # monitors without a verdict on some of the cars that they examined, and why
 
 
 def coverage(findings: pa.Table) -> Coverage:
@@ -71,8 +64,7 @@ def _most(pairs: list[tuple[str, str]], monitor: str) -> str:
     return ", ".join(status for status, _ in statuses.most_common(3))
 
 
-TIMES = ("since_s", "declared_s", "end_s")
-"""Columns of the findings with onset, declaration and end of an episode."""
+TIMES = ("since_s", "declared_s", "end_s")  # Columns of the findings with onset, declaration and end of an episode
 
 COLUMNS = (
     "vehicle", "cohort", "recording_name", "start", "mileage_m", "temperature_K", "monitor", "judged", "quantity",
@@ -84,49 +76,32 @@ COLUMNS = (
 
 @dataclass(frozen=True)
 class LedgerRow:
-    """Recordings of the ledger with the same outcome and reason.
-
-    Args:
-        examples: names of up to three
-    """
+    """Recordings of the ledger with the same outcome and reason."""
 
     outcome: str
     reason: str
     count: int
-    examples: tuple[str, ...]
+    examples: tuple[str, ...]  # names of up to three
 
 
 @dataclass(frozen=True, eq=False)
 class FleetReport:
-    """Report on a fleet.
+    """Report on a fleet."""
 
-    Args:
-        name: name of the results, for display
-        design: permitted false alarms
-        trends: trends of every quantity, the one with most drives first
-        cars: cars to inspect, the worst first
-        recovered: elements that were faulty, rising or suspect, and healthy in all of their last judged drives
-        vehicles: number of cars with findings
-        judged: number of these with a verdict
-        confirmed: number of these of which a monitor said healthy or consistent
-        outcomes: number of recordings by outcome
-        ledger: outcomes with their reasons, the most frequent first, without judged recordings
-        created: time of creation, as text
-    """
-
-    name: str
+    name: str  # name of the results, for display
     findings: pa.Table
-    design: Design
-    trends: tuple[Trends, ...]
-    cars: tuple[Ranked, ...]
+    design: Design  # permitted false alarms
+    trends: tuple[Trends, ...]  # trends of every quantity, the one with most drives first
+    cars: tuple[Ranked, ...]  # cars to inspect, the worst first
+    # elements that were faulty, rising or suspect, and healthy in all of their last judged drives
     recovered: tuple[Standing, ...]
-    vehicles: int
-    judged: int
-    confirmed: int
-    outcomes: dict[str, int]
-    ledger: tuple[LedgerRow, ...]
+    vehicles: int  # number of cars with findings
+    judged: int  # number of these with a verdict
+    confirmed: int  # number of these of which a monitor said healthy or consistent
+    outcomes: dict[str, int]  # number of recordings by outcome
+    ledger: tuple[LedgerRow, ...]  # outcomes with their reasons, the most frequent first, without judged recordings
     remarks: tuple[str, ...]
-    created: str
+    created: str  # time of creation, as text
     command: str = ""
 
     @property
@@ -245,8 +220,7 @@ def _ledger(ledger: pa.Table) -> list[LedgerRow]:
     return sorted(rows, key=lambda row: -row.count)
 
 
-SCHEMA = "tierod.fleet/2"
-"""Name and version of the JSON document."""
+SCHEMA = "tierod.fleet/2"  # Name and version of the JSON document
 
 
 def text(report: FleetReport) -> str:

@@ -19,21 +19,16 @@ from tierod.fleet.trends import Trends
 from tierod.report.display import INTERVAL, instant, number
 from tierod.report.html import Origin, page
 
-LISTED = 200
-"""Largest number of cars in the list on the page; the JSON document has all."""
+LISTED = 200  # Largest number of cars in the list on the page; the JSON document has all
 
-CARDS = 12
-"""Number of cars with a section and a chart of their own."""
+CARDS = 12  # Number of cars with a section and a chart of their own
 
-DOTS = 1500
-"""Largest number of cars in a chart of the fleet; of more cars an evenly spaced selection is shown."""
+DOTS = 1500  # Largest number of cars in a chart of the fleet; of more cars an evenly spaced selection is shown
 
-COHORTS = 15
-"""Largest number of cohorts in a table and chart."""
+COHORTS = 15  # Largest number of cohorts in a table and chart
 
 
-SHOWN = 20
-"""Largest number of cars in the terminal."""
+SHOWN = 20  # Largest number of cars in the terminal
 
 
 def shown_items(report: FleetReport) -> Iterator[Item]:

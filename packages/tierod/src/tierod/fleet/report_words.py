@@ -20,8 +20,7 @@ LOOKS = {
 """Symbol and appearance of each state."""
 
 
-BEYOND = "more than 10 years"
-"""Time until a limit that the extrapolation does not reach."""
+BEYOND = "more than 10 years"  # Time until a limit that the extrapolation does not reach
 
 
 def odds(logarithm: float) -> str:

@@ -60,8 +60,7 @@ def _together(place: Place, paths: Iterable[str], table: str, columns: list[str]
     return whole.combine_chunks()
 
 
-OLD_WORD = "word"
-"""Column of version 1 with the word of an estimate, which the status of a later version is."""
+OLD_WORD = "word"  # Column of version 1 with the word of an estimate, which the status of a later version is
 
 
 def read_table(place: Place, path: str, table: str, columns: list[str] | None = None) -> pa.Table:

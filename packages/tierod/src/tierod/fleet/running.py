@@ -32,37 +32,24 @@ COMPACTED = 5000
 
 
 class Progress(NamedTuple):
-    """Progress of a run.
+    """Progress of a run."""
 
-    Args:
-        done: number of finished recordings, including those of earlier runs
-        name: name of the recording just finished; "" before the first
-        reason: why it was skipped or failed
-    """
-
-    done: int
+    done: int  # number of finished recordings, including those of earlier runs
     total: int
-    name: str = ""
+    name: str = ""  # name of the recording just finished; "" before the first
     outcome: str = ""
-    reason: str = ""
+    reason: str = ""  # why it was skipped or failed
 
 
 @dataclass(frozen=True)
 class Summary:
-    """Summary of a run.
-
-    Args:
-        recordings: names of the recordings found
-        kept: number of these whose earlier result is still valid
-        rows: rows of the ledger, by name of the recording
-        findings: findings of the whole folder
-    """
+    """Summary of a run."""
 
     results: Place
-    recordings: tuple[str, ...]
-    kept: int
-    rows: Mapping[str, Mapping[str, Any]] = field(repr=False)
-    findings: pa.Table = field(repr=False)
+    recordings: tuple[str, ...]  # names of the recordings found
+    kept: int  # number of these whose earlier result is still valid
+    rows: Mapping[str, Mapping[str, Any]] = field(repr=False)  # rows of the ledger, by name of the recording
+    findings: pa.Table = field(repr=False)  # findings of the whole folder
 
     @property
     def outcomes(self) -> Counter[str]:

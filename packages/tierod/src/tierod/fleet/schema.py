@@ -19,17 +19,13 @@ from tierod.core.files import text_of
 if TYPE_CHECKING:
     import pyarrow as pa
 
-VERSION = 2
-"""Version of the tables, raised when a column is removed or changes its meaning."""
+VERSION = 2  # Version of the tables, raised when a column is removed or changes its meaning
 
-NAME = b"tierod.fleet"
-"""Key of the schema metadata that holds table and version, such as "findings/1"."""
+NAME = b"tierod.fleet"  # Key of the schema metadata that holds table and version, such as "findings/1"
 
-JUDGED, SKIPPED, FAILED = "judged", "skipped", "failed"
-"""Outcomes of a recording."""
+JUDGED, SKIPPED, FAILED = "judged", "skipped", "failed"  # Outcomes of a recording
 
-WHOLE = ""
-"""Judged element of a finding on the quantity that a monitor watches as a whole, such as friction."""
+WHOLE = ""  # Judged element of a finding on the quantity that a monitor watches as a whole, such as friction
 
 
 @cache

@@ -14,27 +14,19 @@ from tierod.methods.trends.drives import Drives, gathered
 if TYPE_CHECKING:
     import pyarrow as pa
 
-REFERENCE_TEMPERATURE = 288.15
-"""Ambient temperature at which levels are stated [K]: 15 °C."""
+REFERENCE_TEMPERATURE = 288.15  # Ambient temperature at which levels are stated [K]: 15 °C
 
-MILEAGE_UNIT = 1e7
-"""Unit in which mileage is a regressor, 10 000 km, so that its coefficient is readable [m]."""
+MILEAGE_UNIT = 1e7  # Unit in which mileage is a regressor, 10 000 km, so that its coefficient is readable [m]
 
-DAY = 86_400_000_000
-"""Length of a day [µs]."""
+DAY = 86_400_000_000  # Length of a day [µs]
 
-LEAST_DRIVES = 2
-"""Smallest number of drives in the whole fleet from which a quantity has a series."""
+LEAST_DRIVES = 2  # Smallest number of drives in the whole fleet from which a quantity has a series
 
 
 class Watched(NamedTuple):
-    """Subject of a series.
+    """Subject of a series."""
 
-    Args:
-        monitor, judged: monitor and judged element; "" for the quantity that the monitor watches as a whole
-    """
-
-    monitor: str
+    monitor: str  # monitor, judged: monitor and judged element; "" for the quantity that the monitor watches as a whole
     judged: str
     quantity: str
     unit: str
@@ -48,28 +40,20 @@ class Watched(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """Drives of all cars for one quantity.
-
-    Args:
-        vehicles: names of the cars, in the order of the rows
-        drives: days since 1970, estimates, standard deviations without the shared part; regressors: temperature minus
-            the reference [K], mileage since the first drive of the car [10 000 km]
-        mileage: mileage at the first drive of each car [10 000 km], (cars,); NaN if unknown
-        row: row of each drive in the findings, (cars, drives); -1 if there is none
-        nominal, limit: nominal value and limit of each car [unit], (cars,); NaN if unknown
-        shared: standard deviation that all drives of a car share [unit], (cars,): it moves the level, and no trend
-        labels: kind of cohort -> name of each car's cohort
-    """
+    """Drives of all cars for one quantity."""
 
     watched: Watched
-    vehicles: tuple[str, ...]
+    vehicles: tuple[str, ...]  # names of the cars, in the order of the rows
+    # days since 1970, estimates, standard deviations without the shared part; regressors: temperature minus the
+    # reference [K], mileage since the first drive of the car [10 000 km]
     drives: Drives
-    mileage: np.ndarray
-    row: np.ndarray
-    nominal: np.ndarray
+    mileage: np.ndarray  # mileage at the first drive of each car [10 000 km], (cars,); NaN if unknown
+    row: np.ndarray  # row of each drive in the findings, (cars, drives); -1 if there is none
+    nominal: np.ndarray  # nominal, limit: nominal value and limit of each car [unit], (cars,); NaN if unknown
     limit: np.ndarray
+    # standard deviation that all drives of a car share [unit], (cars,): it moves the level, and no trend
     shared: np.ndarray
-    labels: Mapping[str, tuple[str, ...]]
+    labels: Mapping[str, tuple[str, ...]]  # kind of cohort -> name of each car's cohort
 
 
 def series_of(findings: pa.Table, until: float | None = None) -> tuple[list[Series], list[str]]:

@@ -18,8 +18,7 @@ from tierod.work.fingerprint import fingerprint, verdict_code
 
 OWN = Path(__file__).parent
 
-DECIDING = ("judging.py", "levels.py", "schema.py")
-"""Files of this package that determine the content of a result."""
+DECIDING = ("judging.py", "levels.py", "schema.py")  # Files of this package that determine the content of a result
 
 
 @cache

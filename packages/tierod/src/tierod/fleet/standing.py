@@ -16,29 +16,20 @@ from tierod.core.statuses import SEVERITY, Status
 if TYPE_CHECKING:
     import pyarrow as pa
 
-LAST = 3
-"""Number of last judged drives that are considered."""
+LAST = 3  # Number of last judged drives that are considered
 
-OFTEN = 2
-"""Number of these with a fault from which the fault is persistent; one if there is only one drive."""
+OFTEN = 2  # Number of these with a fault from which the fault is persistent; one if there is only one drive
 
-JUDGED = tuple(each for each in SEVERITY if each.judged)
-"""Verdicts, the worst first."""
+JUDGED = tuple(each for each in SEVERITY if each.judged)  # Verdicts, the worst first
 
 
 class Drive(NamedTuple):
-    """A drive whose verdict is not healthy.
-
-    Args:
-        name: name of the recording without its folder; "" if unknown
-        date: day of its start as an ISO date; "" if unknown
-        status: worst verdict of the drive
-    """
+    """A drive whose verdict is not healthy."""
 
     row: int
-    name: str
-    date: str
-    status: Status
+    name: str  # name of the recording without its folder; "" if unknown
+    date: str  # day of its start as an ISO date; "" if unknown
+    status: Status  # worst verdict of the drive
 
     @property
     def key(self) -> object:
@@ -58,26 +49,18 @@ class Drive(NamedTuple):
 
 @dataclass(frozen=True)
 class Standing:
-    """Last verdicts of a monitor on one element of a car, of which at least one ever was not healthy.
+    """Last verdicts of a monitor on one element of a car, of which at least one ever was not healthy."""
 
-    Args:
-        vehicle, monitor, judged: the car, the monitor, and the judged element; "" for the whole
-        of: number of last judged drives that are considered
-        drives: those of them that are not healthy, in the order of time
-        earlier: drives before these that were not healthy, in the order of time
-        kind, action: kind of fault and recommended action of the worst and latest of `drives`, else of `earlier`
-        now: worst verdict of the last judged drives
-    """
-
-    vehicle: str
+    vehicle: str  # vehicle, monitor, judged: the car, the monitor, and the judged element; "" for the whole
     monitor: str
     judged: str
-    of: int
-    drives: tuple[Drive, ...]
-    earlier: tuple[Drive, ...]
+    of: int  # number of last judged drives that are considered
+    drives: tuple[Drive, ...]  # those of them that are not healthy, in the order of time
+    earlier: tuple[Drive, ...]  # drives before these that were not healthy, in the order of time
+    # kind, action: kind of fault and recommended action of the worst and latest of `drives`, else of `earlier`
     kind: str
     action: str
-    now: Status
+    now: Status  # worst verdict of the last judged drives
 
     @property
     def faults(self) -> int:
@@ -127,19 +110,12 @@ def standings(findings: pa.Table) -> list[Standing]:
 
 
 class _Drives(NamedTuple):
-    """Judged drives, one row for each car, monitor, element and recording, sorted by these and time, (drives,) each.
+    """Judged drives, one row for each car, monitor, element and recording, sorted by these and time, (drives,) each."""
 
-    Args:
-        group: number of the combination of car, monitor and element
-        start: start in microseconds since 1970; `_UNDATED` without a date
-        severity: place of the worst verdict in `JUDGED`
-        row: row of that verdict in the findings
-    """
-
-    group: np.ndarray
-    start: np.ndarray
-    severity: np.ndarray
-    row: np.ndarray
+    group: np.ndarray  # number of the combination of car, monitor and element
+    start: np.ndarray  # start in microseconds since 1970; `_UNDATED` without a date
+    severity: np.ndarray  # place of the worst verdict in `JUDGED`
+    row: np.ndarray  # row of that verdict in the findings
 
 
 _UNDATED = np.iinfo(np.int64).min

@@ -20,14 +20,11 @@ from tierod.methods.trends.drive_scatter import DriveScatter, Wandering, drive_s
 from tierod.methods.trends.drives import Drives
 from tierod.methods.trends.fleet_alarms import EVERY
 
-TEMPERATURE, MILEAGE = 0, 1
-"""Indices of the regressors of a series."""
+TEMPERATURE, MILEAGE = 0, 1  # Indices of the regressors of a series
 
-MANY = 30
-"""Number of cars from which the effect of mileage is estimated between cars."""
+MANY = 30  # Number of cars from which the effect of mileage is estimated between cars
 
-APART = 0.5
-"""Standard deviation of the cars' mileages required for that estimate [10 000 km]."""
+APART = 0.5  # Standard deviation of the cars' mileages required for that estimate [10 000 km]
 
 ONSET = 90.0
 """Time in which an ageing that reaches the limit within a year may set in; gives the random walk of the slope [d]."""
@@ -43,21 +40,14 @@ WRONG_LEAST = 0.002
 
 @dataclass(frozen=True, eq=False)
 class Learnt:
-    """Statistics of one quantity over the fleet.
+    """Statistics of one quantity over the fleet."""
 
-    Args:
-        noise: noise model of cars that may age, for levels and trends
-        steady: noise model of cars that do not age, as the fault-free hypothesis of the change detection
-        prior: prior of a car before its first drive
-        wander: drift of the fault-free cars
-    """
-
-    noise: TrendNoise
-    steady: TrendNoise
-    prior: Prior
+    noise: TrendNoise  # noise model of cars that may age, for levels and trends
+    steady: TrendNoise  # noise model of cars that do not age, as the fault-free hypothesis of the change detection
+    prior: Prior  # prior of a car before its first drive
     changes: Changes
     scatter: DriveScatter
-    wander: Wandering
+    wander: Wandering  # drift of the fault-free cars
     remarks: tuple[str, ...]
 
     def with_usual(self, usual: np.ndarray, between: float) -> Learnt:
@@ -184,12 +174,9 @@ NOMINAL = {"friction torque at the steering wheel axis": "nominal_friction"}
 
 @dataclass(frozen=True, eq=False)
 class Cohorted:
-    """Cohort effects of one quantity.
+    """Cohort effects of one quantity."""
 
-    Args:
-        cohorts: every cohort with its odds, and the spread from car to car; None if the fleet has too few cars
-    """
-
+    # every cohort with its odds, and the spread from car to car; None if the fleet has too few cars
     cohorts: Cohorts | None
     remark: str = ""
 
@@ -207,16 +194,11 @@ def cohorted(series: Series, level: np.ndarray, deviation: np.ndarray, known: Le
 
 @dataclass(frozen=True)
 class Expected:
-    """Level expected of a new car.
+    """Level expected of a new car."""
 
-    Args:
-        value, standard_deviation: its fault-free level and standard deviation [unit]
-        source: origin of the value in words, for a vehicle file
-    """
-
-    value: float
+    value: float  # value, standard_deviation: its fault-free level and standard deviation [unit]
     standard_deviation: float
-    source: str
+    source: str  # origin of the value in words, for a vehicle file
 
 
 def expected_of(found: Cohorts, series: Series, labels: dict[str, str]) -> Expected:
@@ -264,7 +246,6 @@ def written_prior(found: Sequence[tuple[Series, Cohorted]], path: Path, cohort: 
     """Write the level expected of a new car into a vehicle file; returns a sentence on it.
 
     Args:
-        found: series and cohorts of every quantity
         cohort: cohorts of the new car, each as KIND=NAME
     """
     labels = {}

@@ -39,48 +39,30 @@ FUTURE = 86400.0
 
 @dataclass(frozen=True)
 class Job:
-    """Settings by which every recording of a run is judged.
+    """Settings by which every recording of a run is judged."""
 
-    Args:
-        results: the folder of the results
-        asked: settings of the judgement
-        code: digest of the judging code at the beginning of the run
-        with_levels: whether estimates over time are kept
-    """
-
-    results: Place
-    asked: Asked
-    code: str
-    with_levels: bool = True
+    results: Place  # the folder of the results
+    asked: Asked  # settings of the judgement
+    code: str  # digest of the judging code at the beginning of the run
+    with_levels: bool = True  # whether estimates over time are kept
 
 
 @dataclass(frozen=True)
 class Task:
-    """Judgement of one recording.
+    """Judgement of one recording."""
 
-    Args:
-        job: settings of the run
-        found: the recording
-        assigned: its vehicle; None if the recording must be opened to determine it
-        fleet: assignment of recordings to vehicles in that case
-    """
-
-    job: Job
-    found: Found
-    assigned: Assigned | None
-    fleet: Fleet | None = None
+    job: Job  # settings of the run
+    found: Found  # the recording
+    assigned: Assigned | None  # its vehicle; None if the recording must be opened to determine it
+    fleet: Fleet | None = None  # assignment of recordings to vehicles in that case
 
 
 @dataclass(frozen=True)
 class Done:
-    """Outcome of a recording.
+    """Outcome of a recording."""
 
-    Args:
-        row: row of the ledger
-        findings: rows without the columns from the fleet file, as an Arrow file; None if there are none
-    """
-
-    row: Mapping[str, Any]
+    row: Mapping[str, Any]  # row of the ledger
+    # rows without the columns from the fleet file, as an Arrow file; None if there are none
     findings: bytes | None = None
 
 

@@ -16,11 +16,9 @@ from tierod.methods.trends.drive_filter import FIRST, Prior, filtered, smoothed,
 from tierod.methods.trends.drives import JUMP, Drives, level_steps
 from tierod.methods.trends.fleet_alarms import alarm_level, chance_by, log_e_values, selected, stopped, time_to_limit
 
-CARS_AT_A_TIME = 2000
-"""Number of cars filtered at once; limits the memory for a large fleet to some 200 MB."""
+CARS_AT_A_TIME = 2000  # Number of cars filtered at once; limits the memory for a large fleet to some 200 MB
 
-SOON = 90.0
-"""Horizon for which the probability of reaching the limit is stated [d]."""
+SOON = 90.0  # Horizon for which the probability of reaching the limit is stated [d]
 
 
 NEIGHBOURS, FAR = 2, 4.0
@@ -35,63 +33,49 @@ and a ramp that takes a year to the limit is never taken for one."""
 
 @dataclass(frozen=True)
 class Design:
-    """Permitted false alarms of the fleet, and the smallest relevant change.
+    """Permitted false alarms of the fleet, and the smallest relevant change."""
 
-    Args:
-        vehicle_years: smallest mean time between false alarms of fault-free cars [a]
-        discovery_rate: largest false-discovery rate: expected share of unchanged cars in the list of changed cars
-        horizon: time over which the onset of a change is uniformly distributed [d]: the life of a car
-        least: smallest relevant change relative to the distance from nominal to limit: tyres and seasons cause less
-    """
-
-    vehicle_years: Annotated[float, "a"] = 10_000.0
+    vehicle_years: Annotated[float, "a"] = 10_000.0  # smallest mean time between false alarms of fault-free cars [a]
+    # largest false-discovery rate: expected share of unchanged cars in the list of changed cars
     discovery_rate: Annotated[float, ""] = 0.1
+    # time over which the onset of a change is uniformly distributed [d]: the life of a car
     horizon: Annotated[float, "d"] = 5478.75
+    # smallest relevant change relative to the distance from nominal to limit: tyres and seasons cause less
     least: Annotated[float, ""] = 0.03
 
 
 @dataclass(frozen=True, eq=False)
 class Trends:
-    """Trends of one quantity of a fleet, car by car.
-
-    Args:
-        steps: drives with which a new level begins, the first one included if another is early, (cars, drives)
-        before: level before the last step [unit], (cars,); NaN without one
-        unconfirmed: last estimate of each car where it is far from the level, and no part of it until another drive
-            agrees [unit], (cars,); NaN where there is none
-        level, slope: current values at the reference temperature [unit] and [unit/d], (cars, 2): value, standard
-            deviation
-        chance: probability that the limit is reached within `SOON`, (cars,); NaN without limit
-        left: time until the limit [d], (cars, 3): quantiles of 5, 50 and 95 %; infinite beyond ten years, zero where
-            the level has reached it, NaN where too few drives have followed a step or a last drive far off
-        logarithm: current logarithm of the evidence for a change [evidence in d], (cars,)
-        log_e: logarithm of each car's e-value when it first reached the level of the list, else the current one,
-            (cars,)
-        alarmed: day of the first alarm, (cars,); NaN without alarm
-        listed: whether the car is in the current list of changed cars, (cars,)
-        kind, began, earliest, latest: likeliest change: `STEP` or `RAMP`, and onset with its interval [d], (cars,)
-        size: its magnitude [unit] or [unit/d], (cars, 2): value, standard deviation
-    """
+    """Trends of one quantity of a fleet, car by car."""
 
     series: Series
     learnt: Learnt
     cohorts: Cohorted
+    # drives with which a new level begins, the first one included if another is early, (cars, drives)
     steps: np.ndarray
-    before: np.ndarray
+    before: np.ndarray  # level before the last step [unit], (cars,); NaN without one
+    # last estimate of each car where it is far from the level, and no part of it until another drive agrees [unit],
+    # (cars,); NaN where there is none
     unconfirmed: np.ndarray
+    # level, slope: current values at the reference temperature [unit] and [unit/d], (cars, 2): value, standard
+    # deviation
     level: np.ndarray
     slope: np.ndarray
-    chance: np.ndarray
+    chance: np.ndarray  # probability that the limit is reached within `SOON`, (cars,); NaN without limit
+    # time until the limit [d], (cars, 3): quantiles of 5, 50 and 95 %; infinite beyond ten years, zero where the level
+    # has reached it, NaN where too few drives have followed a step or a last drive far off
     left: np.ndarray
-    logarithm: np.ndarray
+    logarithm: np.ndarray  # current logarithm of the evidence for a change [evidence in d], (cars,)
+    # logarithm of each car's e-value when it first reached the level of the list, else the current one, (cars,)
     log_e: np.ndarray
-    alarmed: np.ndarray
-    listed: np.ndarray
+    alarmed: np.ndarray  # day of the first alarm, (cars,); NaN without alarm
+    listed: np.ndarray  # whether the car is in the current list of changed cars, (cars,)
+    # kind, began, earliest, latest: likeliest change: `STEP` or `RAMP`, and onset with its interval [d], (cars,)
     kind: np.ndarray
     began: np.ndarray
     earliest: np.ndarray
     latest: np.ndarray
-    size: np.ndarray
+    size: np.ndarray  # its magnitude [unit] or [unit/d], (cars, 2): value, standard deviation
 
     def stated(self, car: int) -> tuple[float, float]:
         """Current level of a car and its standard deviation, with the part that all its drives share [unit]."""

@@ -161,7 +161,6 @@ class Drive:
 
     Args:
         receivers: receivers of all buses, not yet started
-        pace: periods and waiting times of the engine
         origin: provenance printed on the report; None writes no report
 
     The functions in `looking` are called after every tick with the computer's clock [s].

@@ -86,11 +86,7 @@ def numbered(path: Path | None, drives: int) -> Path | None:
 
 
 def guarded(hub: Hub, work: Callable[[], None]) -> None:
-    """Call a function, and report an error of tierod as a problem instead of raising it.
-
-    Args:
-        work: function that may raise errors of tierod
-    """
+    """Call a function, and report an error of tierod as a problem instead of raising it."""
     try:
         work()
     except TierodError as error:

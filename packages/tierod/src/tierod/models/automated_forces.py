@@ -17,12 +17,8 @@ class AutomatedParameters:
     """A car with two steering motors and a drive at each front wheel, named as in a vehicle file.
 
     Args:
-        mass, yaw_inertia: of the vehicle
         rolling_mass: equivalent mass of the rotation of all wheels
         front_distance, rear_distance: from the centre of gravity to the axles
-        track_width: of both axles
-        centre_height: of the centre of gravity, above ground
-        front_cornering_stiffness, rear_cornering_stiffness: of the axles at their static load
         tyre_friction, rear_friction_ratio: peak lateral force over load of the front axle; that of the rear over it
         relaxation_length, rear_relaxation_ratio: of the front axle's lateral force; that of the rear over it
         stiffness_growth: relative growth of the rear axle's stiffness per relative growth of its load
@@ -31,21 +27,15 @@ class AutomatedParameters:
         jacking_torque: of both kingpins per sine of the road-wheel angle, from the weight that steering lifts
         scrub_radius: lever of the drive forces about the kingpins
         wheel_radius: nominal effective radius; the drives act with this radius over `wheel_speed_scale`
-        rolling_resistance, drag: coefficients of the forces against the motion
         steering_ratio: road wheel angle per angle of the column
         rack_ratio: travel of the rack per angle of the column
         column_inertia: of everything that turns with the column, motors included
         steering_motor_inertia: of both motors together, above the shaft torque sensor
-        rack_damping, rack_stiffness: of the rack alone
         nominal_friction, column_friction_angle: level of dry friction at the column, and angle of its build-up
         sensor_forward: distance of the accelerometers ahead of the centre of gravity
         roll_share: component of gravity in the measured lateral acceleration by roll, per acceleration
         wheel_speed_scale: reading of both rear wheel speeds over the speed of the wheels
         wheel_speed_difference: relative excess of the right over the left reading
-        yaw_rate_offset, steering_wheel_angle_offset, steering_shaft_torque_offset, tie_rod_force_offset,
-            longitudinal_acceleration_offset, lateral_acceleration_offset: reading at a true value of zero
-        greatest_steering_motor_torque, greatest_drive_torque: limits of the torque of one motor
-        steering_motor_lag, drive_lag: time constants from target torque to torque
     """
 
     mass: Annotated[float, "kg"]

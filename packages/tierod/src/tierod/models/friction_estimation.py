@@ -64,7 +64,6 @@ def column_after(angle: Scalar, rate: Scalar, net_torque: Scalar, p: SampledColu
         angle: of the steering wheel [rad]
         rate: of the steering wheel [rad/s]
         net_torque: on the column without damping, constant over the sample: `driving_torque` less dry friction [N m]
-        p: anything with sample_time, column_damping and column_inertia
 
     Source: Mohtat et al., first two rows of eq (7); the angle is integrated by Euler's method as printed.
     """
@@ -237,9 +236,6 @@ def state_after(
     p: FrictionParameters,
 ) -> FrictionEstimation.State:
     """The state after one sample, for a given net torque at the column.
-
-    Args:
-        net: torque that accelerates the column, with friction
 
     Source: Mohtat et al., eq (7); self-aligning torque and friction are random walks.
     """

@@ -88,16 +88,11 @@ class RollingCar:
         """The car, named as in a vehicle file, and the sampling interval.
 
         Args:
-            mass: of the vehicle
             front_distance, rear_distance: from the centre of gravity to the axles
-            front_cornering_stiffness, rear_cornering_stiffness: of the axles
-            track_width: of the rear axle
             steering_ratio: road wheel angle per angle of the column
             turn_in: lead time of the steering angle before the yaw rate
             wheel_speed_scale: reading of both rear wheel speeds over the speed of the wheels
             wheel_speed_difference: relative excess of the right over the left reading
-            yaw_rate_offset, steering_wheel_angle_offset, longitudinal_acceleration_offset,
-                lateral_acceleration_offset: reading at a true value of zero
         """
 
         mass: Annotated[float, "kg", POSITIVE]

@@ -20,7 +20,6 @@ class Actuator:
     Args:
         motor_torque_constant: torque of the motor per current, k_M
         gearhead_ratio: turns of the motor per turn of the pinion, r_g
-        gearhead_efficiency: efficiency of the gearhead, eta
         power_assist_factor: torque at the pinion over that of the actuator, r_p
         steering_ratio: road-wheel angle per pinion angle; the paper's r_s is its inverse
 

@@ -27,7 +27,6 @@ def write_html(diagnosis: Diagnosis, path: str | Path) -> Path:
     """Write one self-contained page that opens without a network connection and can be printed.
 
     Args:
-        diagnosis: to be shown
         path: of the page; an existing file is replaced
 
     Raises:
@@ -43,7 +42,6 @@ def to_json(diagnosis: Diagnosis, series: bool = False) -> str:
     """One JSON document; the schema is in docs/reference/json.md.
 
     Args:
-        diagnosis: to be written
         series: whether traces, histograms and hysteresis views are included
     """
     from tierod.report.document import document

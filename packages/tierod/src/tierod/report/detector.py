@@ -17,11 +17,9 @@ from tierod.methods.detectors.stopping_rules import LikelihoodRatioRule, Stoppin
 from tierod.report.display import duration, number
 from tierod.report.html import Analysis
 
-LIKELIHOOD_RATIO = "likelihood-ratio"
-"""Rule whose run length can only be measured."""
+LIKELIHOOD_RATIO = "likelihood-ratio"  # Rule whose run length can only be measured
 
-ALL_RULES = (*RULES, LIKELIHOOD_RATIO)
-"""Names of all rules, as given by the user."""
+ALL_RULES = (*RULES, LIKELIHOOD_RATIO)  # Names of all rules, as given by the user
 
 SIMULATED = 2_000_000
 """Number of simulated white residuals, used where a rule must be measured and no residuals are given."""
@@ -29,13 +27,9 @@ SIMULATED = 2_000_000
 
 @dataclass(frozen=True)
 class Measured:
-    """Residuals on which a threshold is measured.
+    """Residuals on which a threshold is measured."""
 
-    Args:
-        records: (n,) per recording [unit of the residual]; NaN where missing
-    """
-
-    records: Sequence[np.ndarray]
+    records: Sequence[np.ndarray]  # (n,) per recording [unit of the residual]; NaN where missing
     label: str
     simulated: bool = False
 
@@ -126,21 +120,13 @@ def _chosen(rule: str, wish: Wish) -> StoppingRule:
 
 @dataclass(frozen=True)
 class Wish:
-    """Requirements on a detector.
+    """Requirements on a detector."""
 
-    Args:
-        deviation: standard deviation of the residual [its unit]
-        shift: smallest shift to be detected [same unit]
-        interval: mean time between false alarms [s]
-        rate: sampling rate of the residual [Hz]
-        sides: direction of the shift: "both", "upper" or "lower"
-    """
-
-    deviation: Annotated[float, "unit of the signal"]
-    shift: Annotated[float, "unit of the signal"]
-    interval: Annotated[float, "s"]
-    rate: Annotated[float, "Hz"]
-    sides: str = "both"
+    deviation: Annotated[float, "unit of the signal"]  # standard deviation of the residual [its unit]
+    shift: Annotated[float, "unit of the signal"]  # smallest shift to be detected [same unit]
+    interval: Annotated[float, "s"]  # mean time between false alarms [s]
+    rate: Annotated[float, "Hz"]  # sampling rate of the residual [Hz]
+    sides: str = "both"  # direction of the shift: "both", "upper" or "lower"
 
     @property
     def samples(self) -> float:

@@ -25,8 +25,7 @@ NOTHING_RAN = (
     "'tierod inspect' with the recording shows which signals it has and what each monitor lacks; a channel map (--map) "
     "gives signals under other names."
 )
-LATEST = 2.5e11
-"""Latest plausible calendar time [s since 1970]; later ones are beyond any calendar year."""
+LATEST = 2.5e11  # Latest plausible calendar time [s since 1970]; later ones are beyond any calendar year
 
 
 def render(diagnosis: Diagnosis) -> str:

@@ -25,8 +25,7 @@ _ENDINGS = {
 }
 """Suffixes of a figure's name that give its unit, longer ones first."""
 
-INTERVAL = 1.96
-"""Half width of the 95 % interval of a normal distribution [standard deviations]."""
+INTERVAL = 1.96  # Half width of the 95 % interval of a normal distribution [standard deviations]
 
 
 def bracketed(title: str, label: str) -> str:

@@ -15,8 +15,7 @@ from tierod.core.files import text_of
 from tierod.core.findings import Diagnosis, Element, Episode, Estimate, Finding, Trace
 from tierod.report.display import INTERVAL
 
-SCHEMA = "tierod.diagnosis/4"
-"""Name and version of the JSON document."""
+SCHEMA = "tierod.diagnosis/4"  # Name and version of the JSON document
 
 
 def document(diagnosis: Diagnosis, series: bool) -> str:

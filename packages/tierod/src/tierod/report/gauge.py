@@ -11,8 +11,7 @@ from tierod.report.charts.figure import BLUE, GREY, PAPER, level_colour
 from tierod.report.display import INTERVAL, interval, number, words
 
 _WIDTH, _MARGIN, _ROW = 640.0, 14.0, 26.0
-_LETTER = 13.0
-"""Width of a letter on the narrowest screen, for which labels are placed without overlap."""
+_LETTER = 13.0  # Width of a letter on the narrowest screen, for which labels are placed without overlap
 
 
 def gauge(estimate: Estimate) -> str:

@@ -97,8 +97,7 @@ _FLEETS = {
     "verdict of the drive": "Verdict of this drive alone; the trend weighs all drives.",
 }
 
-TERMS: Mapping[str, str] = _STATISTICS | _RULES | _CAMPAIGNS | _FLEETS
-"""Explanation of each other term."""
+TERMS: Mapping[str, str] = _STATISTICS | _RULES | _CAMPAIGNS | _FLEETS  # Explanation of each other term
 
 
 TIMED = "Drag to zoom, double-click for everything; all charts over time follow, and so does their cursor."

@@ -29,20 +29,16 @@ TEMPLATES = Path(__file__).parent / "templates"
 SCRIPTS = ("tips.js", "series.js", "csv.js", "report.js")
 """Scripts of a page with charts; a page without charts has only the first one."""
 
-SHORTEST = 3
-"""Number of sections from which on a page has a table of contents."""
+SHORTEST = 3  # Number of sections from which on a page has a table of contents
 
-UNFOLDED = 8
-"""Number of charts of a page that are open at first; each further one is folded under its title."""
+UNFOLDED = 8  # Number of charts of a page that are open at first; each further one is folded under its title
 
-LIBRARY = "plotly-cartesian.min.js.gz"
-"""Part of plotly.js for two-dimensional charts, a third of the whole library."""
+LIBRARY = "plotly-cartesian.min.js.gz"  # Part of plotly.js for two-dimensional charts, a third of the whole library
 
 BUDGET = 900_000
 """Characters available for all series of a page, which keeps the page with its charting library below 2 MB."""
 
-LEAST = 2000
-"""Smallest number of bins of a series, as many as a chart of the whole recording draws."""
+LEAST = 2000  # Smallest number of bins of a series, as many as a chart of the whole recording draws
 
 RECORDED, COMPUTED = 12, 16
 """Bits per value: recorded signals are noise below 1/4000 of their range, estimates settle within a small part."""
@@ -103,18 +99,12 @@ def page(
 
 @dataclass(frozen=True)
 class Analysis:
-    """Result of an analysis, for terminal, page and JSON document.
-
-    Args:
-        summary: paragraphs with the main results
-        items: headings, tables and charts in order; the terminal shows the tables
-        document: the results as data in SI units, for JSON
-    """
+    """Result of an analysis, for terminal, page and JSON document."""
 
     title: str
-    summary: tuple[str, ...]
-    items: Sequence[Item]
-    document: Mapping[str, Any]
+    summary: tuple[str, ...]  # paragraphs with the main results
+    items: Sequence[Item]  # headings, tables and charts in order; the terminal shows the tables
+    document: Mapping[str, Any]  # the results as data in SI units, for JSON
     remarks: tuple[str, ...] = ()
 
     @property

@@ -34,7 +34,6 @@ def analyse(vehicle: Vehicle | str | Path = "smartload", without: Collection[str
     Args:
         vehicle: parameter set, its name, or the path of its file, with the parameters of `AutomatedVehicle` or
             those of `RollingCar`
-        without: sensors that the vehicle lacks
 
     Raises:
         ParameterError: parameters are missing, or a sensor does not exist

@@ -24,7 +24,6 @@ def plot(diagnosis: Diagnosis, chart: str = "estimate") -> plotly.graph_objects.
     """One chart of the report as a plotly figure.
 
     Args:
-        diagnosis: to be shown
         chart: "estimate" over time, "hysteresis", "stretches" (histograms), "consistency" or "drive" (the signals)
 
     Raises:

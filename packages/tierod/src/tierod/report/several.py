@@ -20,8 +20,7 @@ from tierod.report.display import without_advice
 from tierod.report.document import document
 from tierod.report.html import Origin, page
 
-SCHEMA = "tierod.diagnoses/2"
-"""Name and version of the JSON document."""
+SCHEMA = "tierod.diagnoses/2"  # Name and version of the JSON document
 
 
 def status_of(judged: Sequence[Judged]) -> Status:

@@ -10,23 +10,15 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Quantity:
-    """One parameter of a vehicle file.
+    """One parameter of a vehicle file."""
 
-    Args:
-        name: of the field in parameter dataclasses
-        unit: SI, in the notation of pint; "" for a dimensionless number
-        meaning: one sentence fragment, with the point of reference
-        plausible: smallest and largest value of a real vehicle, in the unit; others indicate a wrong unit
-        torque: whether it is a steering torque, which an uncalibrated car gives in counts
-        whole: whether it is a whole number, which has no spread
-    """
-
-    name: str
-    unit: str
-    meaning: str
+    name: str  # of the field in parameter dataclasses
+    unit: str  # SI, in the notation of pint; "" for a dimensionless number
+    meaning: str  # one sentence fragment, with the point of reference
+    # smallest and largest value of a real vehicle, in the unit; others indicate a wrong unit
     plausible: tuple[float, float]
-    torque: bool = False
-    whole: bool = False
+    torque: bool = False  # whether it is a steering torque, which an uncalibrated car gives in counts
+    whole: bool = False  # whether it is a whole number, which has no spread
 
 
 _CATALOGUE = (

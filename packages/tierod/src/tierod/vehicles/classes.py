@@ -15,8 +15,7 @@ from tierod.vehicles.vehicle import SHIPPED, Parameter, Vehicle
 
 FILE = SHIPPED / "classes.toml"
 
-USUAL = "midsize"
-"""Class of a car with unknown mass and wheelbase."""
+USUAL = "midsize"  # Class of a car with unknown mass and wheelbase
 
 
 class Known(NamedTuple):
@@ -29,26 +28,17 @@ class Known(NamedTuple):
 
 @dataclass(frozen=True)
 class Rule:
-    """Rule that gives a quantity for each class of cars.
-
-    Args:
-        values: value by class; with powers the factor of the rule
-        powers: value = factor * product of quantity ** power
-        relative: relative standard deviation by class, of a value that is not given
-        absolute: further standard deviation [unit]
-        given: relative standard deviation of a value given without one; None for the same as `relative`
-        spread_alone: whether only the spread is usable and the value must be given
-    """
+    """Rule that gives a quantity for each class of cars."""
 
     name: str
     unit: str
-    values: Mapping[str, float]
-    powers: Mapping[str, float]
-    relative: Mapping[str, float]
-    absolute: float
-    given: float | None
+    values: Mapping[str, float]  # value by class; with powers the factor of the rule
+    powers: Mapping[str, float]  # value = factor * product of quantity ** power
+    relative: Mapping[str, float]  # relative standard deviation by class, of a value that is not given
+    absolute: float  # further standard deviation [unit]
+    given: float | None  # relative standard deviation of a value given without one; None for the same as `relative`
     source: str
-    spread_alone: bool = False
+    spread_alone: bool = False  # whether only the spread is usable and the value must be given
 
     def spread(self, value: float, of: str) -> float:
         """Standard deviation of a value that is given without one [unit]."""

@@ -31,8 +31,7 @@ class _Filled(Range):
 
 
 Text = Annotated[str, _Filled()]
-Threshold = float | str | Mapping[str, float]
-"""A number, a text on its origin, or numbers by name."""
+Threshold = float | str | Mapping[str, float]  # A number, a text on its origin, or numbers by name
 
 
 @dataclass(frozen=True)

@@ -27,11 +27,9 @@ LIMITS = frozenset(
 FREE, BOUND = "rear_distance", "front_distance"
 """With a well-known wheelbase the first distance is varied and the second one follows."""
 
-SURER = 3.0
-"""Ratio of axle-distance to wheelbase standard deviation above which the wheelbase counts as well known."""
+SURER = 3.0  # Ratio of axle-distance to wheelbase standard deviation above which the wheelbase counts as well known
 
-FITTING = 0.02
-"""Largest relative difference between the wheelbase and the sum of the axle distances."""
+FITTING = 0.02  # Largest relative difference between the wheelbase and the sum of the axle distances
 
 
 def bound_distance(vehicle: Vehicle) -> bool:
@@ -94,14 +92,10 @@ ASSUMED_GAIN_DEVIATION: Annotated[float, ""] = 0.08
 
 
 class GainDeviation(NamedTuple):
-    """Relative standard deviation of the gain of the torque sensors.
-
-    Args:
-        given: whether the vehicle file states it; else it is assumed
-    """
+    """Relative standard deviation of the gain of the torque sensors."""
 
     value: float
-    given: bool
+    given: bool  # whether the vehicle file states it; else it is assumed
 
     def parts(self, size: float) -> tuple[dict[str, float], dict[str, float]]:
         """Its part in the standard deviation of an estimate: what is assumed, and what is given."""

@@ -13,25 +13,18 @@ from tierod.core.screen import Screen
 
 Parameters = TypeVar("Parameters")
 
-SHIPPED = Path(__file__).parent
-"""Folder of the vehicle files shipped with tierod."""
+SHIPPED = Path(__file__).parent  # Folder of the vehicle files shipped with tierod
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter of a vehicle.
-
-    Args:
-        unit: SI, in the notation of pint; "count" for a torque of an uncalibrated vehicle
-        standard_deviation: one sigma in the unit; None if unknown
-        source: origin of the value; begins with "assumed" if it was not measured
-    """
+    """One parameter of a vehicle."""
 
     name: str
     value: float
-    unit: str
-    standard_deviation: float | None
-    source: str
+    unit: str  # SI, in the notation of pint; "count" for a torque of an uncalibrated vehicle
+    standard_deviation: float | None  # one sigma in the unit; None if unknown
+    source: str  # origin of the value; begins with "assumed" if it was not measured
 
     @property
     def assumed(self) -> bool:
@@ -41,33 +34,23 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Vehicle:
-    """Parameter set of a car, real or from a paper.
+    """Parameter set of a car, real or from a paper."""
 
-    Args:
-        name: short, as given on the command line
-        source: origin of the set as a whole
-        good_for, not_good_for: uses for which the set is and is not suitable
-        torque_unit: "N*m", or "count" if torques in its recordings are raw
-        parameters: by name, in SI units
-        path: the file it was read from
-        channel_map, database: files that define how its recordings are read; None without one
-        thresholds: from a calibration on fault-free drives, by kind; each a text, a number or numbers by name, checked
-            by the monitor that uses them
-        monitor: default monitor for its recordings; None for the choice of tierod
-    """
-
-    name: str
+    name: str  # short, as given on the command line
     description: str
-    source: str
-    good_for: tuple[str, ...]
+    source: str  # origin of the set as a whole
+    good_for: tuple[str, ...]  # good_for, not_good_for: uses for which the set is and is not suitable
     not_good_for: tuple[str, ...]
-    torque_unit: str
-    parameters: Mapping[str, Parameter]
-    path: Path
+    torque_unit: str  # "N*m", or "count" if torques in its recordings are raw
+    parameters: Mapping[str, Parameter]  # by name, in SI units
+    path: Path  # the file it was read from
+    # channel_map, database: files that define how its recordings are read; None without one
     channel_map: Path | None = None
     database: Path | None = None
+    # from a calibration on fault-free drives, by kind; each a text, a number or numbers by name, checked by the monitor
+    # that uses them
     thresholds: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    monitor: str | None = None
+    monitor: str | None = None  # default monitor for its recordings; None for the choice of tierod
 
     @property
     def calibrated(self) -> bool:

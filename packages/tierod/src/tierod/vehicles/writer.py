@@ -21,14 +21,10 @@ _LINE = re.compile(
 
 @dataclass(frozen=True)
 class Change:
-    """A new value of a parameter.
-
-    Args:
-        standard_deviation: one sigma, in SI units
-    """
+    """A new value of a parameter."""
 
     value: float
-    standard_deviation: float
+    standard_deviation: float  # one sigma, in SI units
     source: str
 
 

@@ -35,26 +35,20 @@ from tierod.work.fingerprint import fingerprint
 
 SCHEMA = "tierod.web-result/1"
 
-DERIVED = "derived:"
-"""Prefix of the note of a signal that was derived from others."""
+DERIVED = "derived:"  # Prefix of the note of a signal that was derived from others
 
-NONE = "none"
-"""Placeholder for the vehicle of a recording whose vehicle is unknown."""
+NONE = "none"  # Placeholder for the vehicle of a recording whose vehicle is unknown
 
-FIRST_SIGNALS = 4
-"""Number of signals in the preview of a large file."""
+FIRST_SIGNALS = 4  # Number of signals in the preview of a large file
 
-LARGE = 30 << 20
-"""File size from which there is a preview; smaller files are read within a second [bytes]."""
+LARGE = 30 << 20  # File size from which there is a preview; smaller files are read within a second [bytes]
 
 HOUR = 3600.0
 """Time span of the few signals of a preview that is read at once; faster than a whole file, as memory is reused [s]."""
 
-SLICE = 600.0
-"""Time span of a recording that is read at once [s]."""
+SLICE = 600.0  # Time span of a recording that is read at once [s]
 
-MOST_SIGNALS = 1000
-"""Largest number of signals that are kept of a recording; signals of the catalogue come first."""
+MOST_SIGNALS = 1000  # Largest number of signals that are kept of a recording; signals of the catalogue come first
 
 FIRST = ("steering_wheel_angle", "driver_torque", "vehicle_speed", "yaw_rate", "lateral_acceleration", "motor_torque")
 """Signals preferred in a preview."""
@@ -65,15 +59,11 @@ Say = Callable[..., None]
 
 @dataclasses.dataclass(frozen=True)
 class Reading:
-    """Settings by which a recording is read.
-
-    Args:
-        dbc: its databases; if empty, those of the vehicle
-        channel_map: path or content of its channel map; None for that of the vehicle
-    """
+    """Settings by which a recording is read."""
 
     path: Path
-    dbc: tuple[str, ...] = ()
+    dbc: tuple[str, ...] = ()  # its databases; if empty, those of the vehicle
+    # path or content of its channel map; None for that of the vehicle
     channel_map: str | Mapping[str, Any] | None = None
 
     def files(self, car: Vehicle | None) -> tuple[tuple[str | Path, ...], ChannelMap | None]:
@@ -87,11 +77,8 @@ def analyse(store: Store, reading: Reading, vehicle: str, spread: bool, say: Say
     """Read a recording, judge it with every monitor that can run, and store signals and verdicts.
 
     Args:
-        store: store for both
-        reading: settings by which the recording is read
         vehicle: name or path of the vehicle; "" for the vehicle named in the recording, if any
         spread: whether parameter uncertainty is propagated into the verdicts
-        say: receives the progress
 
     Returns:
         keys of the signals and of the result, and why there is no result; the key of the result is "" if no vehicle is

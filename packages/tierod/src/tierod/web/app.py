@@ -101,8 +101,7 @@ def problem(status: int, sentence: str) -> Response:
 
 
 STATIC = Path(__file__).parent / "static"
-COLOURS = TEMPLATES / "tokens.css"
-"""Colours of all pages, including reports."""
+COLOURS = TEMPLATES / "tokens.css"  # Colours of all pages, including reports
 
 VIEWS = ("", "recording", "vehicle", "fleet", "live", "new", "scenario", "jobs", "interface")
 """Paths that return the page; the page itself selects the view."""
@@ -113,15 +112,11 @@ FOREVER = "public, max-age=31536000, immutable"
 
 
 class Files(NamedTuple):
-    """The files of the page.
-
-    Args:
-        html: the page itself, whose addresses contain the digest
-    """
+    """The files of the page."""
 
     content: dict[str, bytes]
     digest: str
-    html: str
+    html: str  # the page itself, whose addresses contain the digest
 
 
 @cache

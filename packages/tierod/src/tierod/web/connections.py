@@ -71,11 +71,7 @@ class BoundedConnection(H11Protocol):
 
 
 class BoundedConfig(uvicorn.Config):
-    """Configuration of a server whose connections have limits.
-
-    Args:
-        others: further settings of uvicorn
-    """
+    """Configuration of a server whose connections have limits."""
 
     def __init__(self, app: Any, limits: Limits, **others: Any):
         super().__init__(app, http=BoundedConnection, **others)

@@ -51,8 +51,7 @@ FORMATS = {
     "mf4": "application/octet-stream",
 }
 
-HELD_BACK = ("rows", "bands", "cars")
-"""Parts of a fleet that separate endpoints return piece by piece."""
+HELD_BACK = ("rows", "bands", "cars")  # Parts of a fleet that separate endpoints return piece by piece
 
 
 def work_endpoints(bench: Workbench) -> APIRouter:

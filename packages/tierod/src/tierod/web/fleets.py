@@ -22,8 +22,7 @@ if TYPE_CHECKING:
 
 SCHEMA = "tierod.web-fleet/2"
 
-BANDS = 400
-"""Number of cars, the worst first, whose smoothed trend is stored; for others only the drives are shown."""
+BANDS = 400  # Number of cars, the worst first, whose smoothed trend is stored; for others only the drives are shown
 
 
 def key_of(results: Path) -> str:

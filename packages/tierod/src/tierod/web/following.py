@@ -31,11 +31,9 @@ from tierod.live.judge import Plan
 from tierod.live.outputs import Outputs
 from tierod.monitors.runner import usual
 
-PERIOD = 0.05
-"""Time between two lines with samples [s]."""
+PERIOD = 0.05  # Time between two lines with samples [s]
 
-MOST_SIGNALS = 64
-"""Largest number of signals whose samples are sent; signals of the catalogue come first."""
+MOST_SIGNALS = 64  # Largest number of signals whose samples are sent; signals of the catalogue come first
 
 
 class Samples:

@@ -50,20 +50,13 @@ SAFE = ("GET", "HEAD")
 
 @dataclass(frozen=True)
 class Trust:
-    """Hosts, token and limits that the server trusts.
-
-    Args:
-        token: token required of a request; "" if only this computer can reach the server
-        loopback: whether only this computer can reach the server
-        names: further names of this machine
-        upload, body: largest body of an upload, and of any other request [bytes]
-    """
+    """Hosts, token and limits that the server trusts."""
 
     port: int
-    token: str = ""
-    loopback: bool = True
-    names: tuple[str, ...] = ()
-    upload: int = 2 << 30
+    token: str = ""  # token required of a request; "" if only this computer can reach the server
+    loopback: bool = True  # whether only this computer can reach the server
+    names: tuple[str, ...] = ()  # further names of this machine
+    upload: int = 2 << 30  # upload, body: largest body of an upload, and of any other request [bytes]
     body: int = 1 << 20
 
     def host(self, given: str) -> bool:
@@ -101,7 +94,6 @@ class Guard:
     """ASGI middleware that passes trusted requests on to an application.
 
     Args:
-        trust: trusted hosts, token and limits
         open_to_all: prefixes of paths without user data: the files of the page
     """
 

@@ -27,33 +27,25 @@ from tierod.web.errors import Absent, Busy, in_the_page
 from tierod.web.site import Limits
 from tierod.work.pool import Failure, done
 
-KEPT = 500
-"""Number of finished jobs that are kept in the list."""
+KEPT = 500  # Number of finished jobs that are kept in the list
 
-LOOK = 0.2
-"""Polling interval for the cancelling and the time limit of a running job [s]."""
+LOOK = 0.2  # Polling interval for the cancelling and the time limit of a running job [s]
 
 WAITING, RUNNING, DONE, FAILED, CANCELLED = "waiting", "running", "done", "failed", "cancelled"
 
 
 @dataclass
 class Job:
-    """One piece of work.
-
-    Args:
-        state: waiting, running, done, failed or cancelled
-        text: current step, or why it failed
-        found: results available so far; the complete result after the end
-    """
+    """One piece of work."""
 
     id: str
     kind: str
     given: dict[str, Any]
     about: str
-    state: str = WAITING
+    state: str = WAITING  # waiting, running, done, failed or cancelled
     share: float = 0.0
-    text: str = ""
-    found: dict[str, Any] = field(default_factory=dict)
+    text: str = ""  # current step, or why it failed
+    found: dict[str, Any] = field(default_factory=dict)  # results available so far; the complete result after the end
     created: float = field(default_factory=time.time)
 
     @property
@@ -65,9 +57,7 @@ class Jobs:
     """Queue of jobs; `close` ends all.
 
     Args:
-        workers: number of jobs at a time
         limits: limits of every job and of the queue
-        finished: called with a job that has succeeded
     """
 
     def __init__(self, workers: int, limits: Limits, finished: Callable[[Job], None] = lambda job: None):
@@ -230,8 +220,7 @@ def workers_of(given: int | None) -> int:
     return given or max(cores() // 2, 1)
 
 
-OFTEN = 0.1
-"""Shortest time between two messages on progress [s]."""
+OFTEN = 0.1  # Shortest time between two messages on progress [s]
 
 
 def serve(connection: Connection, memory: int) -> None:

@@ -13,11 +13,9 @@ from starlette.websockets import WebSocketDisconnect
 from tierod.core.processes import interpreter
 from tierod.live.events import line as event
 
-KEPT = 3000
-"""Number of past lines that a new page receives: the last minutes."""
+KEPT = 3000  # Number of past lines that a new page receives: the last minutes
 
-WAITING = 2000
-"""Number of lines that may wait for a slow page, beside the past ones, before it loses the oldest."""
+WAITING = 2000  # Number of lines that may wait for a slow page, beside the past ones, before it loses the oldest
 
 
 class Relay:

@@ -25,47 +25,33 @@ from tierod.web.errors import Absent, TooLarge
 FIRST, FACTOR = 16, 4
 """Number of samples per bin of the first level, and number of bins merged into one of the next level."""
 
-LEAST_BINS = 256
-"""Smallest number of bins of a level; coarser levels are not made."""
+LEAST_BINS = 256  # Smallest number of bins of a level; coarser levels are not made
 
-MOST_MAPPED = 512
-"""Largest number of files of a recording that stay mapped into memory."""
+MOST_MAPPED = 512  # Largest number of files of a recording that stay mapped into memory
 
 INDEX = "index.json"
 
 
 @dataclass
 class Kept:
-    """One stored signal.
+    """One stored signal."""
 
-    Args:
-        name, unit, source, note: as in a channel; "monitor/name" is the estimate of a monitor
-        stamps: number of its time stamps' file
-        file: number of the file with its values
-    """
-
-    name: str
+    name: str  # name, unit, source, note: as in a channel; "monitor/name" is the estimate of a monitor
     unit: str
     source: str
     note: str
-    stamps: int
-    file: int
+    stamps: int  # number of its time stamps' file
+    file: int  # number of the file with its values
     count: int = 0
 
 
 class Window(NamedTuple):
-    """A time span of a signal for a picture.
+    """A time span of a signal for a picture."""
 
-    Args:
-        time: times of the samples, or left edges of the bins [s]
-        lower, upper: minima and maxima of the bins; the same array if it holds every sample
-        exact: whether every sample of the span is included
-    """
-
-    time: np.ndarray
-    lower: np.ndarray
+    time: np.ndarray  # times of the samples, or left edges of the bins [s]
+    lower: np.ndarray  # lower, upper: minima and maxima of the bins; the same array if it holds every sample
     upper: np.ndarray
-    exact: bool
+    exact: bool  # whether every sample of the span is included
 
 
 class SeriesWriter:
@@ -256,14 +242,11 @@ class SeriesReader:
         return max(first - 1, 0), min(last + 1, len(time))
 
 
-MOST_NAMES = 64
-"""Largest number of signals in one picture."""
+MOST_NAMES = 64  # Largest number of signals in one picture
 
-MOST_POINTS = 10_000
-"""Largest number of points in a picture."""
+MOST_POINTS = 10_000  # Largest number of points in a picture
 
-MOST_EXPORTED = 20_000_000
-"""Largest number of samples of an export, over all signals."""
+MOST_EXPORTED = 20_000_000  # Largest number of samples of an export, over all signals
 
 
 def windows(

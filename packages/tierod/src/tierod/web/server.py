@@ -28,14 +28,11 @@ if TYPE_CHECKING:
 
 LOOPBACK = "127.0.0.1"
 
-EVERYWHERE = ("0.0.0.0", "::")
-"""Addresses that mean every address of this machine."""
+EVERYWHERE = ("0.0.0.0", "::")  # Addresses that mean every address of this machine
 
-LEAST_TOKEN = 16
-"""Smallest number of characters of a given token."""
+LEAST_TOKEN = 16  # Smallest number of characters of a given token
 
-TOKEN = "TIEROD_TOKEN"
-"""Environment variable that may hold the token."""
+TOKEN = "TIEROD_TOKEN"  # Environment variable that may hold the token
 
 
 def serve(
@@ -57,17 +54,11 @@ def serve(
     Args:
         paths: folders of recordings or of results of `tierod fleet`, or single recordings; none: the demo
         vehicle: vehicle as which recordings are judged; if not given, the one named in each of them
-        dbc: databases of bus logs
-        channel_map: channel map of the recordings
         live: buses to follow, as INTERFACE:CHANNEL
         port: port of the server; 0 takes any free port
         bind: address of this machine to listen on; any but the loopback address requires a token, which is generated,
             or taken from the environment variable TIEROD_TOKEN
-        cache: folder for analysed recordings
-        workers: number of jobs at a time
-        limits: limits on what the server accepts
         browser: whether to open the page in a browser
-        say: receives lines for the user
 
     Raises:
         MissingExtra: the extra `web` is not installed

@@ -16,79 +16,51 @@ from tierod.core.errors import InputError
 from tierod.core.files import expanded
 from tierod.web.errors import Absent
 
-UPLOADS = "uploads"
-"""Name of the root for uploaded files."""
+UPLOADS = "uploads"  # Name of the root for uploaded files
 
-LONGEST_NAME = 4096
-"""Length of a name that no file system exceeds [characters]."""
+LONGEST_NAME = 4096  # Length of a name that no file system exceeds [characters]
 
 
 @dataclass(frozen=True)
 class Root:
-    """A served folder, or a single served file in it.
-
-    Args:
-        path: resolved path of the folder
-        only: the single file that is served; "" for all files
-    """
+    """A served folder, or a single served file in it."""
 
     name: str
-    path: Path
-    only: str = ""
+    path: Path  # resolved path of the folder
+    only: str = ""  # the single file that is served; "" for all files
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits on what the server accepts.
+    """Limits on what the server accepts."""
 
-    Args:
-        upload: largest body of an upload [bytes]
-        body: largest body of any other request [bytes]
-        job_time: longest duration of one job
-        job_memory: largest memory of the process of a job [bytes]
-        waiting: largest number of jobs in the queue
-        cache: largest total size of stored analyses [bytes]
-        connections: largest number of open connections; a quarter of the usual 1024 descriptors of a process, since
-            jobs and files need others
-        header_time: longest time for the header of a request, which a browser sends at once
-        body_pause: longest pause within the body of a request, as in a wireless network
-    """
-
-    upload: int = 2 << 30
-    body: int = 1 << 20
-    job_time: Annotated[float, "s"] = 3600.0
-    job_memory: int = 4 << 30
-    waiting: int = 100
-    cache: int = 20 << 30
+    upload: int = 2 << 30  # largest body of an upload [bytes]
+    body: int = 1 << 20  # largest body of any other request [bytes]
+    job_time: Annotated[float, "s"] = 3600.0  # longest duration of one job
+    job_memory: int = 4 << 30  # largest memory of the process of a job [bytes]
+    waiting: int = 100  # largest number of jobs in the queue
+    cache: int = 20 << 30  # largest total size of stored analyses [bytes]
+    # largest number of open connections; a quarter of the usual 1024 descriptors of a process, since jobs and files
+    # need others
     connections: int = 256
-    header_time: Annotated[float, "s"] = 10.0
-    body_pause: Annotated[float, "s"] = 30.0
+    header_time: Annotated[float, "s"] = 10.0  # longest time for the header of a request, which a browser sends at once
+    body_pause: Annotated[float, "s"] = 30.0  # longest pause within the body of a request, as in a wireless network
 
 
 @dataclass(frozen=True)
 class Site:
-    """Description of what is served.
-
-    Args:
-        results: folders with results of `tierod fleet`
-        cache: folder for analysed recordings
-        vehicle: name or path of the vehicle as which recordings are judged; "" for the one named in each of them
-        dbc: databases of bus logs
-        channel_map: channel map of the recordings; "" for that of the vehicle
-        live: buses that are followed, as INTERFACE:CHANNEL
-        limits: limits on what the server accepts
-        demo: whether the demo drive and fleet are made
-    """
+    """Description of what is served."""
 
     roots: tuple[Root, ...]
-    results: tuple[Root, ...]
-    cache: Path
+    results: tuple[Root, ...]  # folders with results of `tierod fleet`
+    cache: Path  # folder for analysed recordings
+    # name or path of the vehicle as which recordings are judged; "" for the one named in each of them
     vehicle: str = ""
-    dbc: tuple[str, ...] = ()
-    channel_map: str = ""
-    live: tuple[str, ...] = ()
-    limits: Limits = field(default_factory=Limits)
-    demo: bool = False
+    dbc: tuple[str, ...] = ()  # databases of bus logs
+    channel_map: str = ""  # channel map of the recordings; "" for that of the vehicle
+    live: tuple[str, ...] = ()  # buses that are followed, as INTERFACE:CHANNEL
+    limits: Limits = field(default_factory=Limits)  # limits on what the server accepts
+    demo: bool = False  # whether the demo drive and fleet are made
 
     def file(self, name: str) -> Path:
         path = self._within(name)
@@ -169,11 +141,9 @@ def _free(name: str, taken: set[str]) -> str:
     return next(each for each in (plain, *(f"{plain}-{n}" for n in range(2, 1000))) if each not in taken)
 
 
-SEARCH_TIME = 0.8
-"""Time after which a search in subfolders ends with the entries found so far [s]."""
+SEARCH_TIME = 0.8  # Time after which a search in subfolders ends with the entries found so far [s]
 
-MOST_FOUND = 2000
-"""Largest number of entries of a search."""
+MOST_FOUND = 2000  # Largest number of entries of a search
 
 
 class Entry(BaseModel):

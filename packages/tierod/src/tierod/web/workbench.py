@@ -30,15 +30,11 @@ from tierod.web.series import SeriesReader
 from tierod.web.site import UPLOADS, Listing, Root, Site, listing
 from tierod.web.store import Store, stamp_of
 
-READERS = 32
-"""Number of recordings whose index of signals stays in memory."""
+READERS = 32  # Number of recordings whose index of signals stays in memory
 
 
 class Workbench:
     """Context manager with all functions of a site; its end cancels all jobs.
-
-    Args:
-        workers: number of jobs at a time
 
     Raises:
         OutputError: the cache cannot be written

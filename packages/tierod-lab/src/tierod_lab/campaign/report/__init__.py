@@ -28,14 +28,10 @@ from tierod.report.display import bracketed, duration, number, share
 from tierod.report.html import Origin, page
 
 NEVER = "never"
-RIGHT = {"quiet", "found"}
-"""Correct outcomes."""
-FAULT_FREE = "fault-free"
-"""State of a drive without a fault."""
-MOST_CELLS = 3000
-"""Largest number of drives listed on the page; the table file contains all."""
-MOST_LOST = 10
-"""Largest number of failed drives that the terminal lists."""
+RIGHT = {"quiet", "found"}  # Correct outcomes
+FAULT_FREE = "fault-free"  # State of a drive without a fault
+MOST_CELLS = 3000  # Largest number of drives listed on the page; the table file contains all
+MOST_LOST = 10  # Largest number of failed drives that the terminal lists
 _GATES = {True: Flag("met", "✓", "good"), False: Flag("missed", "✕", "bad"), None: Flag("not judged", "?", "open")}
 _STATUSES = {
     "met": ("✓", "good", "All pass criteria are met"),

@@ -20,16 +20,11 @@ from tierod_lab.campaign.summary import document, summarise, text, write_table
 
 @dataclass(frozen=True)
 class Outcome:
-    """Result of a campaign or of a comparison.
+    """Result of a campaign or of a comparison."""
 
-    Args:
-        content: content of the JSON document
-        exit_code: 0 if all pass criteria are met, 1 if one is missed, 2 if not everything could be judged
-    """
-
-    content: Mapping[str, Any]
+    content: Mapping[str, Any]  # content of the JSON document
     page: Path
-    exit_code: int = 0
+    exit_code: int = 0  # 0 if all pass criteria are met, 1 if one is missed, 2 if not everything could be judged
 
 
 def campaign(
@@ -51,7 +46,6 @@ def campaign(
         scheduler: address of a Dask scheduler whose workers run the drives; they must have access to the folder
         summary_only: only write table and report of the drives that exist
         command: command line of the user, for the report
-        progress: called at the end of each drive
 
     Raises:
         ParameterError: the campaign does not exist or is invalid, or the cluster cannot be used
@@ -83,8 +77,6 @@ def compare(first: str | Path, second: str | Path, folder: str | Path, *, comman
     """Compare two campaigns drive by drive, and write comparison.json and comparison.html.
 
     Args:
-        first, second: folders of the campaigns
-        folder: for the comparison
         command: command line of the user, for the report
 
     Raises:

@@ -188,7 +188,6 @@ def apart(face: Interface, folder: Path, samples: Mapping[str, np.ndarray]) -> l
     """Compare single precision, compiled by gcc with -O2, over drives with clocks at zero and after long running.
 
     Args:
-        face: interface of an export in single precision
         samples: (n, inputs) by name
 
     Returns a sentence where the export cannot be compiled.

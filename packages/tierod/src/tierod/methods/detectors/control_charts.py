@@ -204,7 +204,6 @@ class HeldThreshold:
 
     Args:
         threshold: [unit of the residual]
-        hold: number of consecutive samples
         sides: "both", "upper" or "lower"
         restart: whether an alarm resets the count, so that every alarm lasts one sample
 

@@ -208,7 +208,6 @@ class LikelihoodRatio:
 
     Args:
         deviation: standard deviation of the residual [unit of the residual]
-        threshold: evidence at which the alarm is raised
         windows: lengths [samples]
 
     An alarm does not reset the windows: it lasts until the shift has left them. Missing values, and those not enabled,

@@ -72,9 +72,7 @@ def threshold_from_records(rule: StoppingRule, records: Sequence[np.ndarray], sa
     line is fitted where alarms are frequent enough to be counted, weighted by their number, and extrapolated.
 
     Args:
-        rule: with its constant, in standard deviations
         records: fault-free residuals [unit of the residual], (n,) each; NaN where missing
-        samples: wanted mean number between false alarms
 
     Raises:
         InputError: too few fault-free residuals, or residuals that are all zero, not about zero, or drifting

@@ -152,7 +152,6 @@ class KalmanFilter:
         """State and estimate after one sample: prediction with its inputs, correction with its measurements.
 
         Args:
-            state: estimate after the sample before
             sample: `input`, `measured` and, with maskable states, `enabled`
             process_noise, input_noise, measurement_noise: variances of this sample where they vary; they replace those
                 of the tuning and have None entries in the same places

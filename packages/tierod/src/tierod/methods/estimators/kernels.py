@@ -144,7 +144,6 @@ def consider(before: Vector, after: Vector, mask: Sequence[Truth]) -> tuple[Scal
     P - (1 - (1 - e_i)(1 - e_j)) (P - P_after): only pairs of masked states differ from the full update.
 
     Args:
-        before: packed P before the measurements
         after: packed (I - K C) P after the full update
         mask: e of each state, True or 0..1
 

@@ -123,7 +123,6 @@ class StationaryBank:
     the settling time of its filter, and the cost is a few multiplications per filter and sample.
 
     Args:
-        model: discrete model
         parameters: of the model; its floats are tuning
         initial_mean: state before the first sample, one float per state
         noises: gain and covariances of each filter; `design` computes them

@@ -232,11 +232,7 @@ def blind_directions(estimate: Estimate, names: Sequence[str], unknown: float = 
 
 
 def refusal(blind: Sequence[Blind], experiments: Sequence[str], cures: Mapping[str, str]) -> str:
-    """Message on parameters that the experiments do not excite, and on what to record instead.
-
-    Args:
-        cures: test that excites each parameter, by name
-    """
+    """Message on parameters that the experiments do not excite, and on what to record instead."""
     worst = blind[0]
     which = "this recording does" if len(experiments) == 1 else "these recordings do"
     what = worst.names[0] if len(worst.names) == 1 else f"{', '.join(worst.names[:-1])} and {worst.names[-1]} apart"

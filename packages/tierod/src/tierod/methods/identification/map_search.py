@@ -111,11 +111,7 @@ class MapSearch:
         moving: Sequence[int] | None = None,
         progress: Callable[[int], None] = lambda steps: None,
     ) -> End:
-        """Search from a place until a smaller decrease of the cost than `enough` is left.
-
-        Args:
-            progress: called with the number of every step
-        """
+        """Search from a place until a smaller decrease of the cost than `enough` is left."""
         own = list(range(len(place))) if moving is None else list(moving)
         damping, now = 1e-2, self.at(place, own)
         costs = [now.cost]
@@ -256,7 +252,6 @@ class Search:
         Args:
             start: place where the search starts; the prior values by default
             enough: predicted increase of the log-posterior below which the search ends [nat]
-            progress: called with the completed share, roughly
         """
         place = np.zeros(len(self.priors)) if start is None else start
         end = self.search.descend(place, enough, progress=lambda steps: progress(min(steps / 12.0, 0.95)))

@@ -107,7 +107,6 @@ class Innovations:
 
     Args:
         parameters: of the model; its floats are tuning
-        initial_mean, initial_variance: of the state before the first sample
         input_variance: of the unrecorded part of every input, per sample
         tangent: model for the Jacobians of the covariance; the model itself by default. One with smoothed kinks makes
             the likelihood a smooth function of the parameters
@@ -246,7 +245,6 @@ class MaximumLikelihood:
 
         Args:
             start: place near the maximum, from which the last part of the search starts; None for the whole search
-            progress: called with the completed share, roughly
         """
         place, steps, done = self.start() if start is None else np.array(start, float), 0, 0.0
         if start is None:

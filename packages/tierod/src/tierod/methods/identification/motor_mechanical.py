@@ -56,9 +56,6 @@ def identify_mechanical(recordings: Sequence[MotorRecording], electrical: Electr
     of friction minimises the residuals. The standard deviations include half of the change with half as many intervals
     and samples.
 
-    Args:
-        electrical: parameters from its currents and voltages
-
     Source: Reinelt et al., eq (14) with 3/2 c_M and dry friction; P. Dahl, Aerospace Corp. TOR-0158 (1968).
     """
     from scipy.optimize import minimize_scalar
@@ -186,11 +183,7 @@ def _left(shafts: Sequence[_Shaft], reach: float) -> float:
 
 
 def torque_ratio(seen: Sequence[MotorRecording], electrical: Electrical, pole_pairs: float) -> Value | None:
-    """Ratio of the measured torque of the motor to that of flux and current; None without one of them.
-
-    Args:
-        electrical: parameters from its currents and voltages
-    """
+    """Ratio of the measured torque of the motor to that of flux and current; None without one of them."""
     if "motor_flux" in electrical.blind:
         return None
     rows = []

@@ -75,11 +75,7 @@ def spread_of(name: str, vehicle: Vehicle) -> tuple[float, bool]:
 
 
 def held_distances(vehicle: Vehicle, free: Sequence[str] = ()) -> tuple[str, ...]:
-    """Names of the axle distances whose prior is more accurate than an identification from drives.
-
-    Args:
-        free: parameters that were explicitly requested
-    """
+    """Names of the axle distances whose prior is more accurate than an identification from drives."""
     known = (name for name in DISTANCES if name not in free and not (name == BOUND and bound_distance(vehicle)))
     return tuple(name for name in known if 0.0 < spread_of(name, vehicle)[0] < LEAST_DISTANCE)
 
@@ -91,8 +87,6 @@ def priors_of(
 
     Args:
         vehicle: with mass, yaw inertia, distances and cornering stiffnesses, and the steering ratio
-        with_ratio: whether the steering ratio is identified
-        free: parameters that were explicitly requested
 
     Raises:
         ParameterError: the vehicle lacks a parameter

@@ -63,9 +63,6 @@ class Right(NamedTuple):
 def right(normal: np.ndarray, wrong: float) -> Right:
     """Probabilities that drives are right and wrong, if the car has not changed.
 
-    Args:
-        normal: innovations over their standard deviations
-
     Innovations of wrong drives have a Cauchy distribution `WRONG` times as wide: its tail is so heavy that a single
     drive, however far off, never proves a change.
     """

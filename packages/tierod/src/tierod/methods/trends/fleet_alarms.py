@@ -34,7 +34,6 @@ class FaultFreeShifts:
         """Let shifts begin at a drive, in place of the oldest beginning.
 
         Args:
-            slot: index of the beginning that is replaced
             gap: time since the drive before [d], (cars,)
         """
         # The filter has followed the shifts of the replaced beginning, so their probability goes to "no shift".

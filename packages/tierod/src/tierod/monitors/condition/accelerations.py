@@ -72,27 +72,18 @@ HALF = 0.7  # least share of the blocks of a window in which both estimates must
 
 @dataclass(frozen=True)
 class Bounds:
-    """Bounds of the fault-free difference of two estimates of a quantity [unit of the quantity].
+    """Bounds of the fault-free difference of two estimates of a quantity [unit of the quantity]."""
 
-    Args:
-        single: bound of the difference in one block
-        level: bound of its mean over `LEVEL_TIME`, after subtraction of the fault-free gain
-        shape: bound of its standard deviation over `SHAPE_TIME`, after subtraction of fault-free gain and lag
-        share: alternative bound of that, as a share of the standard deviation of the quantity [-]; the larger applies
-        noise: bound of the white noise of the reading, in the mean over `LEVEL_TIME`
-        doubtful: share of these bounds from which a difference is doubtful [-]
-        gain: largest fault-free part of the difference that is proportional to the quantity, as a share of it [-]
-        lag: largest fault-free delay of the reading behind the quantity
-    """
-
-    single: float
-    level: float
-    shape: float
+    single: float  # bound of the difference in one block
+    level: float  # bound of its mean over `LEVEL_TIME`, after subtraction of the fault-free gain
+    shape: float  # bound of its standard deviation over `SHAPE_TIME`, after subtraction of fault-free gain and lag
+    # alternative bound of that, as a share of the standard deviation of the quantity [-]; the larger applies
     share: Annotated[float, ""]
-    noise: float
-    doubtful: Annotated[float, ""] = 0.7
+    noise: float  # bound of the white noise of the reading, in the mean over `LEVEL_TIME`
+    doubtful: Annotated[float, ""] = 0.7  # share of these bounds from which a difference is doubtful [-]
+    # largest fault-free part of the difference that is proportional to the quantity, as a share of it [-]
     gain: Annotated[float, ""] = 0.0
-    lag: Annotated[float, "s"] = 0.0
+    lag: Annotated[float, "s"] = 0.0  # largest fault-free delay of the reading behind the quantity
 
 
 class Row(NamedTuple):

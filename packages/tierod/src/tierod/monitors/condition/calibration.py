@@ -58,18 +58,15 @@ Progress = Callable[[float], None]
 
 @dataclass(frozen=True)
 class ConditionCalibration:
-    """Parameters and limits of a vehicle.
-
-    Args:
-        found: estimated parameters with prior and 95 % interval; none of a car that is judged by its motion, whose
-            parameters 'tierod identify vehicle' estimates
-    """
+    """Parameters and limits of a vehicle."""
 
     designed: DesignedLimits  # limits with the data of their design
     explanations: tuple[Hypothesis, ...]  # hypotheses of the limits, the fault-free one first
     thresholds: Mapping[str, Table]  # tables of thresholds for the vehicle file, by name
     remarks: tuple[str, ...]  # what the values rest on, in sentences
     doubt: str = ""  # reason why the values must not be used; "" if they may be used
+    # estimated parameters with prior and 95 % interval; none of a car that is judged by its motion, whose parameters
+    # 'tierod identify vehicle' estimates
     found: tuple[Found, ...] = ()
     converged: bool = True  # whether the search for the parameters has converged
 

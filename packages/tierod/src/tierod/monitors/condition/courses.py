@@ -26,13 +26,7 @@ FAULT, SUSPECT, HEALTHY, NOT_TESTABLE, NOT_AVAILABLE = (
 
 
 class StatementCourse(NamedTuple):
-    """Statements over n samples, one column for each of `ELEMENTS`.
-
-    Args:
-        lead: evidence for a fault, see `Judged.lead`, (n,) [nat per sample, or a share]; NaN where nothing is judged
-        since, supported: times in the recording at which the evidence for the status began, and until which residuals
-            supported a fault, NaN without evidence for one [s]
-    """
+    """Statements over n samples, one column for each of `ELEMENTS`."""
 
     status: np.ndarray  # indices in `STATUSES`
     testable: np.ndarray  # whether a fault would show
@@ -41,7 +35,10 @@ class StatementCourse(NamedTuple):
     magnitude: np.ndarray  # magnitude, deviation: magnitude of the fault, see `described`, and its standard deviation
     deviation: np.ndarray
     low_grip: np.ndarray  # whether the tyres slid, so that no fault was declared, (n,)
+    # evidence for a fault, see `Judged.lead`, (n,) [nat per sample, or a share]; NaN where nothing is judged
     lead: np.ndarray
+    # since, supported: times in the recording at which the evidence for the status began, and until which residuals
+    # supported a fault, NaN without evidence for one [s]
     since: np.ndarray
     supported: np.ndarray
     ended: np.ndarray  # whether residuals have contradicted a declared fault since then
@@ -122,12 +119,7 @@ SHARE = 0.5  # least share of an episode over which another element must be a ca
 
 @dataclass
 class Span:
-    """Consecutive samples in which an element is declared, or is a candidate.
-
-    Args:
-        kinds: for each kind, 0 for none, the number of samples at which it was identified, with its last magnitude and
-            standard deviation
-    """
+    """Consecutive samples in which an element is declared, or is a candidate."""
 
     start: float  # start, end: begin and end of the run [s]
     end: float
@@ -135,6 +127,8 @@ class Span:
     supported: float
     count: int  # number of samples
     others: np.ndarray  # for each element, the number of these samples at which it was a candidate
+    # for each kind, 0 for none, the number of samples at which it was identified, with its last magnitude and standard
+    # deviation
     kinds: dict[float, tuple[int, float, float]] = field(default_factory=dict)
     ended: bool = False  # whether residuals have contradicted the declared fault since then
     followed: bool = True  # whether there was evidence for it ever since

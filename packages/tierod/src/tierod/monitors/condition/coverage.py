@@ -21,25 +21,18 @@ LEAST = 1.0  # time of driving, beyond a tolerated gap, for which a signal must 
 
 
 class Loss(NamedTuple):
-    """Loss of a sensor, an actuator's target, or a signal that the whole judgement needs, over part of the drive.
-
-    Args:
-        since: start of the loss; None if the signal came and went, and was missing for most of the drive
-    """
+    """Loss of a sensor, an actuator's target, or a signal that the whole judgement needs, over part of the drive."""
 
     status: Status  # status of the affected element
     cause: str  # cause in words
+    # start of the loss; None if the signal came and went, and was missing for most of the drive
     since: Annotated[float, "s"] | None
     until: Annotated[float, "s"] | None = None  # end of the loss; None if it lasted until the end of the drive
 
 
 @dataclass
 class Absence:
-    """Follows the presence of a signal piece by piece; while the vehicle is parked it does not count as missing.
-
-    Args:
-        gaps: bounds of the times without it alone, after which it came back [s]
-    """
+    """Follows the presence of a signal piece by piece; while the vehicle is parked it does not count as missing."""
 
     period: float  # sampling interval [s]
     borne: float  # longest tolerated gap, by which presence is reported too long [s]
@@ -48,6 +41,7 @@ class Absence:
     lately: int = 0  # number of samples of driving without it since it was last present
     last: float = math.nan  # time at which it was last present [s]; NaN if it never was
     alone: int = 0  # number of samples of driving without it alone, since it was last present
+    # bounds of the times without it alone, after which it came back [s]
     gaps: list[tuple[float, float]] = field(default_factory=list)
 
     def add(self, time: np.ndarray, there: np.ndarray, parked: np.ndarray, others: np.ndarray | None = None) -> None:

@@ -109,28 +109,25 @@ def _contains(hypotheses: Sequence[Hypothesis], number: int, active: Scalar) -> 
 
 
 class Diagnosis(NamedTuple):
-    """Diagnosis at one sample.
-
-    Args:
-        spread: standard deviations by which `testable` judges: of each reading less its prediction by the others, and
-            of the lost share of each actuator's torque
-        value: value of every sensor: its reading where it is trusted, otherwise the estimate from the other sensors
-        prediction, deviation: prediction of the reading of every sensor before this sample, and the standard deviation
-            of reading less prediction; for declared sensors without their own readings
-        torque_loss, loss_deviation: lost share of the declared actuators' torque, the same for two, and its standard
-            deviation
-    """
+    """Diagnosis at one sample."""
 
     hypothesis: Annotated[Scalar, ""]  # number of the active hypothesis, 0 for fault-free
     faulty: Elements  # declared elements
     candidates: Elements  # elements that may be faulty, if several hypotheses explain the samples almost equally well
     testable: Elements  # whether a total loss of each element would be detectable now
+    # standard deviations by which `testable` judges: of each reading less its prediction by the others, and of the lost
+    # share of each actuator's torque
     spread: Elements
     recovering: Elements  # declared elements that have been consistent for the last samples
     gated: Readings  # readings of undeclared sensors that are outliers in this sample
+    # value of every sensor: its reading where it is trusted, otherwise the estimate from the other sensors
     value: Readings
+    # prediction, deviation: prediction of the reading of every sensor before this sample, and the standard deviation of
+    # reading less prediction; for declared sensors without their own readings
     prediction: Readings
     deviation: Readings
+    # torque_loss, loss_deviation: lost share of the declared actuators' torque, the same for two, and its standard
+    # deviation
     torque_loss: Annotated[Scalar, ""]
     loss_deviation: Annotated[Scalar, ""]
     speed: Annotated[Scalar, "m/s"]  # speed, lateral_speed: speed components of the centre of gravity
@@ -202,16 +199,13 @@ class SmallLeads:
 
     Chosen on faults of CommonRoad's multi-body car (seeds 1 to 3) and of a virtual compact car (seeds 1 to 4), of which
     none is named wrongly with 30 to 100 nat either, and on tests at the limit of grip (seeds 41 and 777).
-
-    Args:
-        least: least lead of a sample to count [nat]
-        enough: sum of consecutive leads that declares a fault, as `Decision.samples` leads by the gap do [nat]
-        over_sliding: least lead over the filters of sliding tyres for a sample to count [nat]; sliding wheels turn
-            unevenly. Without such a filter no sample counts
     """
 
-    least: Annotated[float, ""] = 0.3
+    least: Annotated[float, ""] = 0.3  # least lead of a sample to count [nat]
+    # sum of consecutive leads that declares a fault, as `Decision.samples` leads by the gap do [nat]
     enough: Annotated[float, ""] = 50.0
+    # least lead over the filters of sliding tyres for a sample to count [nat]; sliding wheels turn unevenly. Without
+    # such a filter no sample counts
     over_sliding: Annotated[float, ""] = 3.0
 
 
@@ -226,7 +220,6 @@ class Decision:
     gated at once, and a faulty sensor does not disturb the lanes that use it.
 
     Args:
-        weighing: weighing of the hypotheses, with their limits
         samples: number of consecutive samples for which a hypothesis must lead
         samples_of_actuators: the same for a hypothesis with an actuator; motors are isolated by a changing split of
             their torque, and such a change takes some 0.1 s
@@ -236,8 +229,6 @@ class Decision:
             the cost of leaving out a sensor
         gate: number of standard deviations beyond which a single reading is gated
         low_grip: decides whether the tyres slide, from the lanes of sliding tyres, which come last, if there are any
-        testability: decides which faults may be declared now
-        returning: decides which elements have recovered
         small_leads: accumulation of leads below the gap; None counts leads by the gap only
 
     Source: Li, Frey, Gauterin, sections 3 and 4, replaced: their rules isolate no sensor for most faults.

@@ -61,26 +61,23 @@ _JUDGED, _ENOUGH = "judged", "enough sensors"
 
 @dataclass
 class Driven:
-    """Figures of a recording, accumulated piece by piece.
-
-    Args:
-        judged, forward, backward: number of samples that were judged, and with motion forward and backward
-        sources: number of samples for which each source supplied the signal, by sensor
-        absences: presence of every element's reading or target, of a possible judgement, and of enough sensors
-        pushed: bounds of the times of hard acceleration and braking, with `AFTER` behind them [s], and their sign
-    """
+    """Figures of a recording, accumulated piece by piece."""
 
     period: float  # sampling interval [s]
     end: float = math.nan  # end of the last sample [s]
     samples: int = 0  # number of samples
+    # judged, forward, backward: number of samples that were judged, and with motion forward and backward
     judged: int = 0
     forward: int = 0
     backward: int = 0
     unjudged: dict[str, int] = field(default_factory=dict)  # number of samples that were not judged, by cause
+    # number of samples for which each source supplied the signal, by sensor
     sources: dict[str, dict[str, int]] = field(default_factory=dict)
+    # presence of every element's reading or target, of a possible judgement, and of enough sensors
     absences: dict[str, Absence] = field(default_factory=dict)
     now: str = ""  # cause why the last sample was not judged; "" if it was
     asked: bool = True  # whether the judgement needs the targets
+    # bounds of the times of hard acceleration and braking, with `AFTER` behind them [s], and their sign
     pushed: list[tuple[float, float, float]] = field(default_factory=list)
     _slides: list[tuple[float, float]] = field(default_factory=list)
     _forward: tuple[np.ndarray, np.ndarray] = (np.zeros(0), np.zeros(0, bool))

@@ -108,11 +108,7 @@ def fact(case: str, **values: Any) -> Fact:
 
 @dataclass(frozen=True)
 class Found:
-    """What the filters and the checks have found on a drive.
-
-    Args:
-        disagreeing: accelerations that are inconsistent with the motion, by name
-    """
+    """What the filters and the checks have found on a drive."""
 
     name: str  # name of monitor and variant
     states: Sequence[Element]  # states of all elements
@@ -120,6 +116,7 @@ class Found:
     decision: str  # name of the decision by the filters
     problems: Sequence[Problem] = ()  # wiring errors
     lost: Mapping[str, Loss] = field(default_factory=dict)  # losses of signals during the drive, by element
+    # accelerations that are inconsistent with the motion, by name
     disagreeing: Mapping[str, Difference] = field(default_factory=dict)
     asked: Sequence[tuple[str, ...]] = ()  # pairs of targets that are inconsistent with the response of the actuators
     shifted: tuple[str, ...] = ()  # sensors that have shifted the zero of the steering angle

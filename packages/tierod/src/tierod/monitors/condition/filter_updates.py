@@ -26,16 +26,13 @@ _ROOTS = 6  # number of square roots before the series of the logarithm: x^(1/64
 
 
 class Correction(NamedTuple):
-    """Correction by the readings of one sample.
-
-    Args:
-        whitened: normalised innovations, each given the readings before it; 0 for readings that are left out
-        widening: variances of these innovations over the usual noise; 1 for readings that are left out
-    """
+    """Correction by the readings of one sample."""
 
     shift: tuple[Scalar, ...]  # correction of the mean, (n,)
     covariance: tuple[Scalar, ...]  # packed covariance after all readings
+    # normalised innovations, each given the readings before it; 0 for readings that are left out
     whitened: tuple[Scalar, ...]
+    # variances of these innovations over the usual noise; 1 for readings that are left out
     widening: tuple[Scalar, ...]
 
 

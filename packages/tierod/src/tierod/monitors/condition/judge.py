@@ -42,26 +42,19 @@ from tierod.physics.lag import share_reached
 
 
 class Residual(NamedTuple):
-    """Residual of one element at one sample.
-
-    Args:
-        effect: residual that the declared fault is estimated to cause, in standard deviations; 0 where it is not known
-        noise: standard deviation of the noise that it is estimated to be, in the same unit; 0 for another kind
-    """
+    """Residual of one element at one sample."""
 
     size: Scalar  # residual in standard deviations
     known: Scalar  # whether there is one
+    # residual that the declared fault is estimated to cause, in standard deviations; 0 where it is not known
     effect: Scalar = 0.0
+    # standard deviation of the noise that it is estimated to be, in the same unit; 0 for another kind
     noise: Scalar = 0.0
     reading: Scalar | None = None  # reading of the sensor; None for an actuator
 
 
 class Evidence(NamedTuple):
-    """Evidence of a fault of one element.
-
-    Args:
-        supports: 1 where this sample supported a fault, 0 where it did not, -1 where evidence is absent or begins anew
-    """
+    """Evidence of a fault of one element."""
 
     amount: Scalar  # sum of the log-likelihood ratios since it was last zero [nat]
     began: Scalar  # time at which the sum began to grow [s]
@@ -69,6 +62,7 @@ class Evidence(NamedTuple):
     supported: Scalar  # time of the sample with the largest sum [s]; negative without evidence
     last: Scalar  # last reading
     repeated: Scalar  # time since when it repeats one value [s]
+    # 1 where this sample supported a fault, 0 where it did not, -1 where evidence is absent or begins anew
     supports: Scalar
     level: Scalar  # recent mean size of the residuals, and its largest value since the evidence began
     highest: Scalar
@@ -80,34 +74,27 @@ class SpanOfFault:
     """Onset and end of a fault from the residuals of an element.
 
     Chosen on drives of seeds 1 and 11 of virtual demonstrators and cars, and judged on others.
-
-    Args:
-        sample_time: sampling interval
-        broader: standard deviation of the residual of a faulty element, in those of a fault-free one; a residual
-            beyond 1.9 is then evidence for a fault
-        most: bound of the log-likelihood ratio of a sample [nat], so that a few outliers do not outweigh a second
-        forgets: time of consistent residuals after which undeclared evidence is forgotten, and a declared fault has
-            ended; a fault may be invisible for a second, as a reading stuck near the truth
-        still: least time of equal readings of a sensor that is stuck
-        before: longest time for which equal readings count before the first residual that contradicts them
-        recent: time constant of the recent mean size
-        jump, times: residuals beyond `times` that mean and `jump` standard deviations more begin anew: before them the
-            prediction was wrong, as in a bend
-        jumps: number of consecutive ones that do
-        lasting: whether evidence outlasts the declaration, which rules withdraw while a symptom is missing
     """
 
-    sample_time: Annotated[float, "s"] = 0.01
+    sample_time: Annotated[float, "s"] = 0.01  # sampling interval
+    # standard deviation of the residual of a faulty element, in those of a fault-free one; a residual beyond 1.9 is
+    # then evidence for a fault
     broader: Annotated[float, ""] = 6.0
+    # bound of the log-likelihood ratio of a sample [nat], so that a few outliers do not outweigh a second
     most: Annotated[float, ""] = 2.8
+    # time of consistent residuals after which undeclared evidence is forgotten, and a declared fault has ended; a fault
+    # may be invisible for a second, as a reading stuck near the truth
     forgets: Annotated[float, "s"] = 1.7
-    still: Annotated[float, "s"] = 0.1
+    still: Annotated[float, "s"] = 0.1  # least time of equal readings of a sensor that is stuck
+    # longest time for which equal readings count before the first residual that contradicts them
     before: Annotated[float, "s"] = 10.0
-    recent: Annotated[float, "s"] = 0.1
+    recent: Annotated[float, "s"] = 0.1  # time constant of the recent mean size
+    # jump, times: residuals beyond `times` that mean and `jump` standard deviations more begin anew: before them the
+    # prediction was wrong, as in a bend
     jump: Annotated[float, ""] = 4.0
     times: Annotated[float, ""] = 2.0
-    jumps: Annotated[float, ""] = 3.0
-    lasting: bool = False
+    jumps: Annotated[float, ""] = 3.0  # number of consecutive ones that do
+    lasting: bool = False  # whether evidence outlasts the declaration, which rules withdraw while a symptom is missing
 
     @property
     def forgotten(self) -> Scalar:
@@ -268,23 +255,14 @@ class JudgeState(NamedTuple):
 
 @dataclass(frozen=True)
 class ConditionJudge:
-    """Decision between the hypotheses, kind and magnitude of declared faults, and the reaction to them.
+    """Decision between the hypotheses, kind and magnitude of declared faults, and the reaction to them."""
 
-    Args:
-        decision: decision between the hypotheses
-        kinds: classifiers of faults, one for each of `judged`
-        judged: sensors that the vehicle has
-        reaction: substitutes of sensors, and trouble codes
-        spans: onset and end of every fault
-        loss_time: time constant of the mean of a lost share of torque
-    """
-
-    decision: Decision
-    kinds: tuple[KindOfFault, ...]
-    reaction: FaultReaction
-    judged: tuple[str, ...] = OF_AUTOMATED
-    spans: SpanOfFault = field(default_factory=SpanOfFault)
-    loss_time: Annotated[float, "s"] = 2.0
+    decision: Decision  # decision between the hypotheses
+    kinds: tuple[KindOfFault, ...]  # classifiers of faults, one for each of `judged`
+    reaction: FaultReaction  # substitutes of sensors, and trouble codes
+    judged: tuple[str, ...] = OF_AUTOMATED  # sensors that the vehicle has
+    spans: SpanOfFault = field(default_factory=SpanOfFault)  # onset and end of every fault
+    loss_time: Annotated[float, "s"] = 2.0  # time constant of the mean of a lost share of torque
 
     def feedback(self) -> Tree:
         return ()

@@ -34,18 +34,15 @@ NONE, LOSS, STUCK, OFFSET, GAIN, DRIFT, OUTLIER, NOISE, DELAY, LOST_TORQUE = map
 
 
 class Kind(NamedTuple):
-    """Kind and magnitude of a fault.
-
-    Args:
-        magnitude: offset [unit of the signal], factor of a gain or an outlier, drift [unit per second], standard
-            deviation of noise [unit of the signal], delay [s]; 0 for a kind without magnitude
-        effect: change that the fault adds to this reading, the smallest of all kinds that are likely [unit of the
-            signal]; infinite if a reading that never changed changes again and is consistent
-    """
+    """Kind and magnitude of a fault."""
 
     kind: Annotated[Scalar, ""]  # number of the kind; 0 while no fault is declared
+    # offset [unit of the signal], factor of a gain or an outlier, drift [unit per second], standard deviation of noise
+    # [unit of the signal], delay [s]; 0 for a kind without magnitude
     magnitude: Annotated[Scalar, ""]
     deviation: Annotated[Scalar, ""]  # standard deviation of the magnitude
+    # change that the fault adds to this reading, the smallest of all kinds that are likely [unit of the signal];
+    # infinite if a reading that never changed changes again and is consistent
     effect: Annotated[Scalar, ""]
 
 
@@ -77,12 +74,7 @@ class SlopeFit(NamedTuple):
 
 
 class KindState(NamedTuple):
-    """State of the kind of one sensor's fault.
-
-    Args:
-        weight, power, expected: sum of weights, mean squared deviation, and its expectation without a fault
-        undelayed, delays: sum of squared deviations over their variance, without delay, and with each delay
-    """
+    """State of the kind of one sensor's fault."""
 
     age: Scalar  # number of samples since the readings began to be inconsistent, with or without a reading
     seen: Scalar  # number of these with a reading
@@ -94,6 +86,7 @@ class KindState(NamedTuple):
     offset: Fit
     gain: Fit
     drift: SlopeFit  # fit of start and slope
+    # weight, power, expected: sum of weights, mean squared deviation, and its expectation without a fault
     weight: Scalar
     power: Scalar
     expected: Scalar
@@ -101,6 +94,7 @@ class KindState(NamedTuple):
     noise: Scalar  # log-likelihood of the readings as noise
     counted: Scalar  # counted, common: weight of the readings, and weighted sum of the log variances
     common: Scalar
+    # undelayed, delays: sum of squared deviations over their variance, without delay, and with each delay
     undelayed: Scalar
     delays: tuple[Scalar, ...]
     past: tuple[Ring, ...]  # delay lines of the predictions, one for each delay
@@ -255,71 +249,56 @@ class KindOfFault:
     predictive densities is its likelihood. Errors of the prediction are autocorrelated, so that a sample counts only in
     part. A reading that never changes is a loss at zero and stuck elsewhere. A large factor is called an outlier for
     the first `young` seconds, since nothing else separates an outlier from a gain.
-
-    Args:
-        offset: prior standard deviation of offsets [unit of the signal]
-        drift: prior standard deviation of drifts [unit per second]
-        rough: prior standard deviation of noise [unit of the signal]
-        zero: largest magnitude of a constant reading that is a loss [unit of the signal]
-        factor: prior standard deviation of factors about one
-        start: prior standard deviation of a drift at its start, in standard deviations of the prediction
-        recent: time constant of the recent mean of deviations, by which an undeclared sensor is checked
-        away: bound of that mean for a consistent sensor, in standard deviations; fault-free ones hardly ever exceed it
-        jumps: least difference of a jump from that mean, in standard deviations, beyond half of the mean
-        sure: number of standard deviations by which a magnitude must differ from that of a fault-free sensor, 1 for
-            factors and 0 for all others; the decision itself errs as rarely, once in some hundred independent samples
-        quick: least share of the squared deviations of noise that lies about the recent mean; white noise has all
-        alike: correlation time of the prediction's errors in the likelihoods
-        lasting: correlation time of the prediction's errors in the standard deviations of magnitudes
-        shortest: least time for which a reading must repeat to count as constant, and of a comparison of kinds
-        doubt: difference in log-likelihood within which kinds are equally likely [nat]; the effect is their smallest
-        agrees: standard deviations of the prediction within which a reading that changes again is consistent
-        young: time for which a large factor is an outlier; the outliers of Li, Frey, Gauterin, section 5, last one
-            second
-        large: least difference of a large factor from one
-        unknown: standard deviation of lasting errors of the prediction that no filter models, as of a vehicle without
-            calibration [unit of the signal]; it widens magnitudes and is no evidence of a drift
-        sample_time: sampling interval [s]
-        delays: compared delays, in samples
-        withholds: whether no kind is named if a drift with an uncertain slope leads all other kinds by `doubt`
     """
 
-    offset: Annotated[float, ""]
-    drift: Annotated[float, ""]
-    rough: Annotated[float, ""]
-    zero: Annotated[float, ""]
-    factor: Annotated[float, ""] = 1.0
+    offset: Annotated[float, ""]  # prior standard deviation of offsets [unit of the signal]
+    drift: Annotated[float, ""]  # prior standard deviation of drifts [unit per second]
+    rough: Annotated[float, ""]  # prior standard deviation of noise [unit of the signal]
+    zero: Annotated[float, ""]  # largest magnitude of a constant reading that is a loss [unit of the signal]
+    factor: Annotated[float, ""] = 1.0  # prior standard deviation of factors about one
+    # prior standard deviation of a drift at its start, in standard deviations of the prediction
     start: Annotated[float, ""] = 3.0
+    # time constant of the recent mean of deviations, by which an undeclared sensor is checked
     recent: Annotated[float, "s"] = 0.1
+    # bound of that mean for a consistent sensor, in standard deviations; fault-free ones hardly ever exceed it
     away: Annotated[float, ""] = 2.0
+    # least difference of a jump from that mean, in standard deviations, beyond half of the mean
     jumps: Annotated[float, ""] = 4.0
+    # number of standard deviations by which a magnitude must differ from that of a fault-free sensor, 1 for factors and
+    # 0 for all others; the decision itself errs as rarely, once in some hundred independent samples
     sure: Annotated[float, ""] = 3.0
+    # least share of the squared deviations of noise that lies about the recent mean; white noise has all
     quick: Annotated[float, ""] = 0.5
-    alike: Annotated[float, "s"] = 0.1
+    alike: Annotated[float, "s"] = 0.1  # correlation time of the prediction's errors in the likelihoods
+    # correlation time of the prediction's errors in the standard deviations of magnitudes
     lasting: Annotated[float, "s"] = 0.1
+    # least time for which a reading must repeat to count as constant, and of a comparison of kinds
     shortest: Annotated[float, "s"] = 0.1
+    # difference in log-likelihood within which kinds are equally likely [nat]; the effect is their smallest
     doubt: Annotated[float, ""] = 6.0
+    # standard deviations of the prediction within which a reading that changes again is consistent
     agrees: Annotated[float, ""] = 4.0
+    # time for which a large factor is an outlier; the outliers of Li, Frey, Gauterin, section 5, last one second
     young: Annotated[float, "s"] = 1.1
-    large: Annotated[float, ""] = 1.0
+    large: Annotated[float, ""] = 1.0  # least difference of a large factor from one
+    # standard deviation of lasting errors of the prediction that no filter models, as of a vehicle without calibration
+    # [unit of the signal]; it widens magnitudes and is no evidence of a drift
     unknown: Annotated[float, ""] = 0.0
-    sample_time: Annotated[float, "s"] = 0.01
-    delays: tuple[int, ...] = delays_of(False, 0.01)
+    sample_time: Annotated[float, "s"] = 0.01  # sampling interval [s]
+    delays: tuple[int, ...] = delays_of(False, 0.01)  # compared delays, in samples
+    # whether no kind is named if a drift with an uncertain slope leads all other kinds by `doubt`
     withholds: bool = False
 
     class Sample(NamedTuple):
-        """Input at one sample.
-
-        Args:
-            recovering: whether it has been consistent for some time, in which case its readings are not used
-            supports: 1 for a reading that supports a fault, 0 for another, -1 without any evidence for a fault
-        """
+        """Input at one sample."""
 
         reading: Annotated[float, ""]  # reading of the sensor
         prediction: Annotated[float, ""]  # prediction of the reading by the other sensors
         deviation: Annotated[float, ""]  # standard deviation of reading less prediction
         declared: Annotated[float, ""]  # whether the sensor is declared faulty
+        # whether it has been consistent for some time, in which case its readings are not used
         recovering: Annotated[float, ""]
+        # 1 for a reading that supports a fault, 0 for another, -1 without any evidence for a fault
         supports: Annotated[float, ""]
 
     @classmethod

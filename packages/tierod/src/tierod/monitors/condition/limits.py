@@ -259,15 +259,12 @@ LEAST_HOURS = 0.25  # least time of fault-free driving for the design of limits 
 
 @dataclass(frozen=True)
 class DesignedLimits:
-    """Limits with the data of their design.
-
-    Args:
-        hours_between_alarms: mean time between false alarms, extrapolated from the tail of the ratios
-    """
+    """Limits with the data of their design."""
 
     limits: Limits  # limits of all hypotheses but the fault-free one
     factor: Annotated[float, ""]  # factor of the limits over the largest fault-free ratios plus `ABOVE` [-]
     hours: Annotated[float, "h"]  # time of fault-free driving of the design
+    # mean time between false alarms, extrapolated from the tail of the ratios
     hours_between_alarms: Annotated[float, "h"]
     hours_at_least: Annotated[float, "h"]  # lower 95 % bound of it, given the number of blocks in the tail [h]
     alarms_before: int  # number of blocks that exceed the limits without `factor` of the other half of the driving

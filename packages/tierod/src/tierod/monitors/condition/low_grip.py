@@ -24,13 +24,10 @@ LARGEST_FORCE_ERROR = 4000.0
 
 
 class LowGripState(NamedTuple):
-    """State of the check for low grip.
-
-    Args:
-        lead_along: the same to the best filter that can explain a lack of longitudinal force, over a longer time [nat]
-    """
+    """State of the check for low grip."""
 
     lead: Scalar  # mean log-likelihood ratio of the filter of sliding tyres to the best other one [nat]
+    # the same to the best filter that can explain a lack of longitudinal force, over a longer time [nat]
     lead_along: Scalar
     gain: Scalar  # the same to the filter of the fault-free hypothesis [nat]
     symmetric: Scalar  # number of consecutive samples in which both sides lacked longitudinal force alike
@@ -65,56 +62,42 @@ class LowGrip:
     All numbers were chosen on braking, driving off and bends on ice of three virtual demonstrators (adhesion .15 to .4)
     and on their lost drives, in samples of 10 ms, and checked on 81 other drives on ice: one of these, first declared
     faulty, showed that the time to recover must not count down while the vehicle stands.
-
-    Args:
-        leads: least mean lead of the filter of sliding tyres [nat per sample]; leaving out one reading costs 4 to 9
-        time_across: time constant of that mean
-        lacks: least lateral force that an axle lacks, over its load
-        loses: largest mean lead of the filter of a drive [nat per sample]; after a loss of 50 to 100 % of its torque it
-            leads by 0.9 and more, and by 0.6 at most if both wheels slide
-        time_along: time constant of that mean
-        largest_along: bound of the ratio of a single sample in that mean [nat]; the filter of a drive takes some time
-            to estimate the loss
-        samples: number of consecutive samples in which all conditions along the vehicle must hold
-        gains: least mean lead over the filter of the fault-free hypothesis [nat per sample]
-        time_gain: time constant of that mean
-        contradicts: largest lead of any other filter over `time_across` [nat]; that of a faulty sensor leads by more
-        lacks_along: least longitudinal force that the driven axle lacks, over its load
-        least: least force that it transmits, over its load; even smooth ice transmits more, failed drives give none
-        below: share of the force held before, below which sliding tyres would transmit all that is requested
-        part: share of the requested force below which it counts as not given; if less than 1 - `part` is given, the ice
-            may have become slippier instead
-        in_full: largest lacking share of the requested force that counts as none
-        share: weight of one sample in the force that is held
-        proofs: number of samples with too little of a force that the ice has held after which both drives have lost
-            torque
-        stays: time for which tyres count as sliding after they have slid
-        impossible: log-likelihood ratio from which the filter of the fault-free hypothesis has not recovered [nat]
-        slower: factor on the passage of that time until it has recovered
-        largest: bound of the ratio of a single sample in the other means [nat]
     """
 
+    # least mean lead of the filter of sliding tyres [nat per sample]; leaving out one reading costs 4 to 9
     leads: Annotated[float, ""] = 3.0
-    time_across: Annotated[float, "s"] = 0.05
-    lacks: Annotated[float, ""] = 0.15
+    time_across: Annotated[float, "s"] = 0.05  # time constant of that mean
+    lacks: Annotated[float, ""] = 0.15  # least lateral force that an axle lacks, over its load
+    # largest mean lead of the filter of a drive [nat per sample]; after a loss of 50 to 100 % of its torque it leads by
+    # 0.9 and more, and by 0.6 at most if both wheels slide
     loses: Annotated[float, ""] = 0.75
-    time_along: Annotated[float, "s"] = 0.5
+    time_along: Annotated[float, "s"] = 0.5  # time constant of that mean
+    # bound of the ratio of a single sample in that mean [nat]; the filter of a drive takes some time to estimate the
+    # loss
     largest_along: Annotated[float, ""] = 3.0
+    # number of consecutive samples in which all conditions along the vehicle must hold
     samples: Annotated[float, ""] = 6.0
-    gains: Annotated[float, ""] = 1.5
-    time_gain: Annotated[float, "s"] = 0.2
+    gains: Annotated[float, ""] = 1.5  # least mean lead over the filter of the fault-free hypothesis [nat per sample]
+    time_gain: Annotated[float, "s"] = 0.2  # time constant of that mean
+    # largest lead of any other filter over `time_across` [nat]; that of a faulty sensor leads by more
     contradicts: Annotated[float, ""] = 1.0
-    lacks_along: Annotated[float, ""] = 0.06
+    lacks_along: Annotated[float, ""] = 0.06  # least longitudinal force that the driven axle lacks, over its load
+    # least force that it transmits, over its load; even smooth ice transmits more, failed drives give none
     least: Annotated[float, ""] = 0.05
+    # share of the force held before, below which sliding tyres would transmit all that is requested
     below: Annotated[float, ""] = 0.85
+    # share of the requested force below which it counts as not given; if less than 1 - `part` is given, the ice may
+    # have become slippier instead
     part: Annotated[float, ""] = 0.75
-    in_full: Annotated[float, ""] = 0.15
-    share: Annotated[float, ""] = 0.1
+    in_full: Annotated[float, ""] = 0.15  # largest lacking share of the requested force that counts as none
+    share: Annotated[float, ""] = 0.1  # weight of one sample in the force that is held
+    # number of samples with too little of a force that the ice has held after which both drives have lost torque
     proofs: Annotated[float, ""] = 10.0
-    stays: Annotated[float, "s"] = 0.5
+    stays: Annotated[float, "s"] = 0.5  # time for which tyres count as sliding after they have slid
+    # log-likelihood ratio from which the filter of the fault-free hypothesis has not recovered [nat]
     impossible: Annotated[float, ""] = 12.0
-    slower: Annotated[float, ""] = 0.25
-    largest: Annotated[float, ""] = 20.0
+    slower: Annotated[float, ""] = 0.25  # factor on the passage of that time until it has recovered
+    largest: Annotated[float, ""] = 20.0  # bound of the ratio of a single sample in the other means [nat]
 
     def init(self) -> LowGripState:
         return LowGripState(*(0.0,) * len(LowGripState._fields))

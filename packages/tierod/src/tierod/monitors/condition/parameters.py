@@ -71,13 +71,10 @@ class WhitenedInnovations:
 
 
 class Point(NamedTuple):
-    """Cost of a set of parameters on the drives, with its derivatives.
-
-    Args:
-        gradient, information: gradient and Gauss-Newton Hessian of the cost, in units of prior standard deviations
-    """
+    """Cost of a set of parameters on the drives, with its derivatives."""
 
     cost: float  # negative log posterior density without its constant [nat]
+    # gradient, information: gradient and Gauss-Newton Hessian of the cost, in units of prior standard deviations
     gradient: np.ndarray
     information: np.ndarray
     scores: list[np.ndarray]  # gradients of every sample, one array per drive
@@ -86,18 +83,15 @@ class Point(NamedTuple):
 
 
 class Found(NamedTuple):
-    """Result of a search.
-
-    Args:
-        before, after: mean log posterior per sample before and after the search, without its constant [nat]
-        squares: mean NIS of every reading, wheel speeds first; near one is consistent, above one overconfident
-    """
+    """Result of a search."""
 
     names: tuple[str, ...]  # names of the free parameters
     values: np.ndarray  # values, deviations: estimates and their standard deviations, in SI units
     deviations: np.ndarray
+    # before, after: mean log posterior per sample before and after the search, without its constant [nat]
     before: float
     after: float
+    # mean NIS of every reading, wheel speeds first; near one is consistent, above one overconfident
     squares: np.ndarray
     steps: int  # number of steps
     converged: bool  # whether the last stage converged

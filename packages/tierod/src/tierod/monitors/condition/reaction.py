@@ -130,15 +130,10 @@ def _switchover(graph: SubstitutionGraph, sample_time: float) -> Switchover:
 
 @dataclass(frozen=True)
 class Reconfiguration:
-    """Supply every sensor's signal: its own reading, or the best substitute that is available.
+    """Supply every sensor's signal: its own reading, or the best substitute that is available."""
 
-    Args:
-        switchover: switchover with the graph of substitutes
-        vehicle: parameters of `AutomatedVehicle` or `RollingCar`
-    """
-
-    switchover: Switchover
-    vehicle: CarParameters
+    switchover: Switchover  # switchover with the graph of substitutes
+    vehicle: CarParameters  # parameters of `AutomatedVehicle` or `RollingCar`
 
     class Sample(NamedTuple):
         """Readings and targets, flags of declared sensors, and the values of all sensors by the filters."""
@@ -196,24 +191,21 @@ Supplies: Any = named_tuple("Supplies", [(name, Supplied) for name in SENSORS])
 
 
 class Judged(NamedTuple):
-    """Judgement of any variant of the monitor at one sample.
-
-    Args:
-        spread: standard deviation of each reading less its prediction by the others, and of the lost share of each
-            actuator's torque; 0 where a variant has none
-        lead: evidence for a fault: for filters the lead of the most likely hypothesis over all others [nat per sample],
-            for rules the fulfilled share of the best rule's conditions
-        supported: time from the start of the run until which the residuals supported a fault of each element [s];
-            negative without evidence for one
-    """
+    """Judgement of any variant of the monitor at one sample."""
 
     statements: Statements  # statements about every sensor and actuator
     testable: Elements  # whether a fault of each would show now
+    # standard deviation of each reading less its prediction by the others, and of the lost share of each actuator's
+    # torque; 0 where a variant has none
     spread: Elements
     value: Readings  # value of every sensor: its reading where it is trusted, otherwise the estimate from the others
     gated: Readings  # flags of outlying readings that must not be used
+    # evidence for a fault: for filters the lead of the most likely hypothesis over all others [nat per sample], for
+    # rules the fulfilled share of the best rule's conditions
     lead: Annotated[Scalar, ""]
     low_grip: Annotated[Scalar, ""]  # whether tyres slide, so that no fault is declared
+    # time from the start of the run until which the residuals supported a fault of each element [s]; negative without
+    # evidence for one
     supported: Elements
     ended: Elements  # whether the residuals have contradicted each declared fault since then
 
@@ -236,18 +228,12 @@ class ReactionState(NamedTuple):
 
 @dataclass(frozen=True)
 class FaultReaction:
-    """Supply every sensor's signal or its substitute, and debounce the trouble codes.
+    """Supply every sensor's signal or its substitute, and debounce the trouble codes."""
 
-    Args:
-        reconfiguration: substitutes of the sensors; they do not use gated readings
-        counters: debounce counters of `CODES`, in their order
-        sample_time: sampling interval [s]
-        least_doubt: time for which several elements must be in doubt before `NOT_ISOLABLE` fails
-    """
-
-    reconfiguration: Reconfiguration
-    counters: DebounceCounters
-    sample_time: Annotated[float, "s"] = 0.01
+    reconfiguration: Reconfiguration  # substitutes of the sensors; they do not use gated readings
+    counters: DebounceCounters  # debounce counters of `CODES`, in their order
+    sample_time: Annotated[float, "s"] = 0.01  # sampling interval [s]
+    # time for which several elements must be in doubt before `NOT_ISOLABLE` fails
     least_doubt: Annotated[float, "s"] = LEAST_DOUBT
 
     @classmethod

@@ -30,29 +30,22 @@ class AxleSlipLimits:
     Tyres accelerate and brake a car by their friction alone. The speed of each axle therefore bounds that of the car at
     all later times; an axle of which both wheels are beyond these bounds slips. In a bend one front wheel is always
     slower than one rear wheel, so that neither yaw rate nor steering angle is needed.
-
-    Args:
-        acceleration: largest acceleration of a car along the road; 1.1 g is the most that tyres of road cars transmit
-        share: slip from which it counts, as a share of the speed; the filters allow for less
-        least: the same at small speed; wheel speed sensors end at 0.3 to 0.8 m/s
-        agrees: share of these limits up to which the axles differ while neither slips
-        recovers: time after a slip in which it still counts, since tyres slip less but far from usually
-        alike, alike_least: difference of both wheels of an axle from both of the other one, as a share of the speed and
-            beside it, from which no single wheel of it is wrong; front wheels on their wider way differ by 4 % in a
-            bend of 10 m, and rough roads and coarse readings by some .1 m/s
-        longest: longest slip; two wheel sensors that fail alike stay wrong for longer
-        fresh: longest time for which a reading holds; chassis buses send every 10 to 100 ms
     """
 
+    # largest acceleration of a car along the road; 1.1 g is the most that tyres of road cars transmit
     acceleration: Annotated[float, "m/s**2"] = 11.0
-    share: Annotated[float, ""] = 0.25
-    least: Annotated[float, "m/s"] = 0.8
-    agrees: Annotated[float, ""] = 0.5
+    share: Annotated[float, ""] = 0.25  # slip from which it counts, as a share of the speed; the filters allow for less
+    least: Annotated[float, "m/s"] = 0.8  # the same at small speed; wheel speed sensors end at 0.3 to 0.8 m/s
+    agrees: Annotated[float, ""] = 0.5  # share of these limits up to which the axles differ while neither slips
+    # time after a slip in which it still counts, since tyres slip less but far from usually
     recovers: Annotated[float, "s"] = 1.0
+    # alike, alike_least: difference of both wheels of an axle from both of the other one, as a share of the speed and
+    # beside it, from which no single wheel of it is wrong; front wheels on their wider way differ by 4 % in a bend of
+    # 10 m, and rough roads and coarse readings by some .1 m/s
     alike: Annotated[float, ""] = 0.04
     alike_least: Annotated[float, "m/s"] = 0.3
-    longest: Annotated[float, "s"] = 15.0
-    fresh: Annotated[float, "s"] = 0.25
+    longest: Annotated[float, "s"] = 15.0  # longest slip; two wheel sensors that fail alike stay wrong for longer
+    fresh: Annotated[float, "s"] = 0.25  # longest time for which a reading holds; chassis buses send every 10 to 100 ms
 
 
 class Slip(NamedTuple):

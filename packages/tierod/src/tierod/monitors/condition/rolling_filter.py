@@ -149,48 +149,35 @@ SLOWEST = 0.1  # speed below which the steering angle is hardly used [m/s]
 
 @dataclass(frozen=True)
 class RollingError:
-    """Standard deviations of the model error.
+    """Standard deviations of the model error."""
 
-    Args:
-        jerk: random walk of the longitudinal acceleration, brakes included
-        lateral_jerk: yaw acceleration times speed; occupants accept only so much of it, so that fast cars turn in
-            slowly
-        steering, steering_share: error of the angle of a steady turn: at small angles, and its growth with the angle
-        yaw_rate_offset, angle_offset, wheel_speed_difference: offsets of a car whose file does not give them
-        track_width: relative error of the track width
-        front_wheel_speed_scale: relative difference of the tyre radii of both axles
-        slip, slip_share: slip of an axle at no acceleration, and its growth with it
-        slip_in_bends: growth of that slip with the square of wheelbase over radius; front wheels do not roll exactly in
-            the direction in which they point
-        uneven_slip: difference of slip between the wheels of an axle, per acceleration
-        uneven: difference of speed between them, as a share of the speed
-        grade, bank: accelerations by grade and bank of the road
-        walking: error of the steer of the road wheels at 1 m/s by scrub; it falls with the square of the speed
-        building_up: error of the distance over which tyres build up the force of a turn
-        steering_scale: relative error of steering ratio over wheelbase in the vehicle file
-        understeer: error of the understeer gradient of the vehicle file
-    """
-
-    jerk: Annotated[float, "m/s**2.5"] = 6.0
+    jerk: Annotated[float, "m/s**2.5"] = 6.0  # random walk of the longitudinal acceleration, brakes included
+    # yaw acceleration times speed; occupants accept only so much of it, so that fast cars turn in slowly
     lateral_jerk: Annotated[float, "m/s**3"] = 2.0
+    # steering, steering_share: error of the angle of a steady turn: at small angles, and its growth with the angle
     steering: Annotated[float, "rad"] = 0.01
     steering_share: Annotated[float, ""] = 0.04
+    # yaw_rate_offset, angle_offset, wheel_speed_difference: offsets of a car whose file does not give them
     yaw_rate_offset: Annotated[float, "rad/s"] = 0.01
     angle_offset: Annotated[float, "rad"] = 0.06
     wheel_speed_difference: Annotated[float, ""] = 0.003
-    track_width: Annotated[float, ""] = 0.04
-    front_wheel_speed_scale: Annotated[float, ""] = 0.02
-    slip: Annotated[float, ""] = 0.002
+    track_width: Annotated[float, ""] = 0.04  # relative error of the track width
+    front_wheel_speed_scale: Annotated[float, ""] = 0.02  # relative difference of the tyre radii of both axles
+    slip: Annotated[float, ""] = 0.002  # slip, slip_share: slip of an axle at no acceleration, and its growth with it
     slip_share: Annotated[float, "s**2/m"] = 0.01
+    # growth of that slip with the square of wheelbase over radius; front wheels do not roll exactly in the direction in
+    # which they point
     slip_in_bends: Annotated[float, ""] = 0.1
+    # difference of slip between the wheels of an axle, per acceleration
     uneven_slip: Annotated[float, "s**2/m"] = 0.001
-    uneven: Annotated[float, ""] = 0.0
-    grade: Annotated[float, "m/s**2"] = 0.4
+    uneven: Annotated[float, ""] = 0.0  # difference of speed between them, as a share of the speed
+    grade: Annotated[float, "m/s**2"] = 0.4  # grade, bank: accelerations by grade and bank of the road
     bank: Annotated[float, "m/s**2"] = 0.4
+    # error of the steer of the road wheels at 1 m/s by scrub; it falls with the square of the speed
     walking: Annotated[float, "rad"] = 0.01
-    building_up: Annotated[float, "m"] = 0.2
-    steering_scale: Annotated[float, ""] = 0.01
-    understeer: Annotated[float, "rad*s**2/m"] = 2e-4
+    building_up: Annotated[float, "m"] = 0.2  # error of the distance over which tyres build up the force of a turn
+    steering_scale: Annotated[float, ""] = 0.01  # relative error of steering ratio over wheelbase in the vehicle file
+    understeer: Annotated[float, "rad*s**2/m"] = 2e-4  # error of the understeer gradient of the vehicle file
 
 
 NOISE = RollingCar.Output(
@@ -261,29 +248,20 @@ def model_error_of(vehicle: Vehicle) -> RollingError:
 
 @dataclass(frozen=True)
 class RollingFilter:
-    """Extended Kalman filter of a rolling car that leaves out the suspects, interchangeable with `LeaveOutFilter`.
+    """Extended Kalman filter of a rolling car that leaves out the suspects, interchangeable with `LeaveOutFilter`."""
 
-    Args:
-        vehicle: parameters of `RollingCar`
-        sensor_noise, model_error: standard deviations of the readings, and of the model
-        plausible: widths of the ranges in which failed sensors may read
-        influence: bound of a normalised innovation, in standard deviations, for the correction and for the likelihood
-        settling: duration of the transient after the start; offsets are estimated in it, and readings do not count for
-            hypotheses
-        slowest: speed from which the car counts as moving
-        braking: deceleration from which brakes may lock the wheels
-        trusted: 1, or 0 for a sensor that is left out; only those of `OF_CARS` are used
-    """
-
-    vehicle: RollingCar.Parameters
+    vehicle: RollingCar.Parameters  # parameters of `RollingCar`
+    # sensor_noise, model_error: standard deviations of the readings, and of the model
     sensor_noise: RollingCar.Output = NOISE
     model_error: RollingError = field(default_factory=RollingError)
-    plausible: Readings = PLAUSIBLE
+    plausible: Readings = PLAUSIBLE  # widths of the ranges in which failed sensors may read
+    # bound of a normalised innovation, in standard deviations, for the correction and for the likelihood
     influence: Annotated[float, ""] = 8.0
+    # duration of the transient after the start; offsets are estimated in it, and readings do not count for hypotheses
     settling: Annotated[float, "s"] = 1.0
-    slowest: Annotated[float, "m/s"] = 1.5
-    braking: Annotated[float, "m/s**2"] = 6.0
-    trusted: Elements = TRUSTED
+    slowest: Annotated[float, "m/s"] = 1.5  # speed from which the car counts as moving
+    braking: Annotated[float, "m/s**2"] = 6.0  # deceleration from which brakes may lock the wheels
+    trusted: Elements = TRUSTED  # 1, or 0 for a sensor that is left out; only those of `OF_CARS` are used
 
     Sample = ConditionSample
     Output = LeaveOutFilter.Output

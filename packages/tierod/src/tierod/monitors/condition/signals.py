@@ -21,28 +21,20 @@ CarParameters: TypeAlias = AutomatedVehicle.Parameters | RollingCar.Parameters
 
 
 class Sensor(NamedTuple):
-    """Sensor that is judged; every number is in the unit of its signal unless another one is given.
+    """Sensor that is judged; every number is in the unit of its signal unless another one is given."""
 
-    Args:
-        name: name of its signal
-        noise: standard deviation of one reading; data sheets of production sensors, rounding included
-        plausible: width of the range in which a failed sensor may read
-        growth: growth of the error of a held value, from usual rates of change [unit per s]
-        error_on_cars: root mean square error of the filter without the sensor, the larger of two real cars; for sensors
-            that cars do not have, which are never supplied, the usual change in one second
-        lasting: correlation time of the errors of its prediction [s]; from the variance of means over two or ten
-            seconds, on fault-free drives of three virtual demonstrators, it is 0.2 to 0.7 s for the yaw rate, 0.6 to
-            2.0 s for the angle, and 0.05 s at most for all others. In a hard bend it is longer
-        jumps: whether its signal has jumps, as the torque has with the requested torque of the motors
-    """
-
-    name: str
-    noise: float
-    plausible: float
-    growth: float
+    name: str  # name of its signal
+    noise: float  # standard deviation of one reading; data sheets of production sensors, rounding included
+    plausible: float  # width of the range in which a failed sensor may read
+    growth: float  # growth of the error of a held value, from usual rates of change [unit per s]
+    # root mean square error of the filter without the sensor, the larger of two real cars; for sensors that cars do not
+    # have, which are never supplied, the usual change in one second
     error_on_cars: float
+    # correlation time of the errors of its prediction [s]; from the variance of means over two or ten seconds, on
+    # fault-free drives of three virtual demonstrators, it is 0.2 to 0.7 s for the yaw rate, 0.6 to 2.0 s for the angle,
+    # and 0.05 s at most for all others. In a hard bend it is longer
     lasting: float = 0.1
-    jumps: bool = False
+    jumps: bool = False  # whether its signal has jumps, as the torque has with the requested torque of the motors
 
 
 SENSOR_TABLE = (
@@ -79,17 +71,11 @@ ACCELERATION_NOISE = 0.12  # standard deviation of one reading of an acceleratio
 
 
 class Actuator(NamedTuple):
-    """Actuator that is judged.
+    """Actuator that is judged."""
 
-    Args:
-        name: name of the actuator
-        target: signal of its requested torque
-        needs: sensor without which its torque is not observable; "" without such a sensor
-    """
-
-    name: str
-    target: str
-    needs: str = ""
+    name: str  # name of the actuator
+    target: str  # signal of its requested torque
+    needs: str = ""  # sensor without which its torque is not observable; "" without such a sensor
 
 
 ACTUATOR_TABLE = (

@@ -55,48 +55,36 @@ between two samples is unknown."""
 
 @dataclass(frozen=True)
 class ModelError:
-    """Standard deviations of the model error; since some grow with the forces, all thresholds adapt to the motion.
+    """Standard deviations of the model error; since some grow with the forces, all thresholds adapt to the motion."""
 
-    Args:
-        acceleration: longitudinal acceleration, white, per sample
-        lateral_acceleration: lateral acceleration, white, per sample
-        yaw_acceleration: yaw acceleration, white, per sample
-        slip: deflection of the tyres as a slip, white, per sample
-        steering_torque: torque of both motors, white, per sample
-        friction_share: share of the column's friction, white, per sample
-        force, force_share: lasting error of an axle force: at small force, and its growth with the force
-        tie_rod, tie_rod_share: lasting error of the tie-rod force: at small force, and its growth with the force
-        standing: additional error of the tie-rod force at standstill, where the tyres twist on the spot
-        loss: lost share of a suspected actuator's torque
-        yaw_rate_offset, angle_offset, wheel_speed_difference: deviations from a calibration
-        wheel_speed_scale, drive_excess: the same as shares, since load and tyres change after a calibration
-        wheel_speed_scale_alone: the same without the yaw rate or a wheel: the scale is then observable only by the
-            lateral acceleration, which body roll changes by some percent
-        drive_excess_alone: the same with a suspected drive: half the torque lost on one side looks like a quarter on
-            both
-        road: acceleration by grade or bank of the road
-    """
-
-    acceleration: Annotated[float, "m/s**2"] = 0.12
-    lateral_acceleration: Annotated[float, "m/s**2"] = 0.12
-    yaw_acceleration: Annotated[float, "rad/s**2"] = 0.08
-    slip: Annotated[float, ""] = 1e-4
-    steering_torque: Annotated[float, "N*m"] = 0.08
-    friction_share: Annotated[float, ""] = 0.012
+    acceleration: Annotated[float, "m/s**2"] = 0.12  # longitudinal acceleration, white, per sample
+    lateral_acceleration: Annotated[float, "m/s**2"] = 0.12  # lateral acceleration, white, per sample
+    yaw_acceleration: Annotated[float, "rad/s**2"] = 0.08  # yaw acceleration, white, per sample
+    slip: Annotated[float, ""] = 1e-4  # deflection of the tyres as a slip, white, per sample
+    steering_torque: Annotated[float, "N*m"] = 0.08  # torque of both motors, white, per sample
+    friction_share: Annotated[float, ""] = 0.012  # share of the column's friction, white, per sample
+    # force, force_share: lasting error of an axle force: at small force, and its growth with the force
     force: Annotated[float, "N"] = 15.0
     force_share: Annotated[float, ""] = 0.035
+    # tie_rod, tie_rod_share: lasting error of the tie-rod force: at small force, and its growth with the force
     tie_rod: Annotated[float, "N"] = 6.0
     tie_rod_share: Annotated[float, ""] = 0.035
+    # additional error of the tie-rod force at standstill, where the tyres twist on the spot
     standing: Annotated[float, "N"] = 150.0
-    loss: Annotated[float, ""] = 0.7
+    loss: Annotated[float, ""] = 0.7  # lost share of a suspected actuator's torque
+    # yaw_rate_offset, angle_offset, wheel_speed_difference: deviations from a calibration
     yaw_rate_offset: Annotated[float, "rad/s"] = 0.0007
     angle_offset: Annotated[float, "rad"] = 0.002
     wheel_speed_difference: Annotated[float, ""] = 0.0005
+    # wheel_speed_scale, drive_excess: the same as shares, since load and tyres change after a calibration
     wheel_speed_scale: Annotated[float, ""] = 0.05
+    # the same without the yaw rate or a wheel: the scale is then observable only by the lateral acceleration, which
+    # body roll changes by some percent
     wheel_speed_scale_alone: Annotated[float, ""] = 0.003
     drive_excess: Annotated[float, ""] = 0.06
+    # the same with a suspected drive: half the torque lost on one side looks like a quarter on both
     drive_excess_alone: Annotated[float, ""] = 0.01
-    road: Annotated[float, "m/s**2"] = 0.25
+    road: Annotated[float, "m/s**2"] = 0.25  # acceleration by grade or bank of the road
 
 
 def prices(noise: Measured | RollingCar.Output, plausible: Readings) -> tuple[float, ...]:
@@ -299,34 +287,29 @@ class LeaveOutFilter:
 
     Its step: torques from targets, prediction by the model with automatic Jacobians, one scalar update per sensor on a
     symmetric covariance. A missing reading (NaN) corrects nothing; a missing target is held.
-
-    Args:
-        vehicle: parameters of the model
-        sensor_noise, model_error: standard deviations of the readings, and of the model
-        plausible: widths of the ranges in which failed sensors may read
-        torque_jump: unknown share of a jump of the steering torque, since the jump occurs between two samples
-        influence: bound of a normalised innovation, in standard deviations, for the correction and for the likelihood,
-            so that a fault does not disturb the filter; far more than fault-free readings reach
-        settling: duration of the transient after the start, in which readings do not count for hypotheses
-        slowest: speed from which the vehicle counts as moving; wheel speed sensors detect hardly any slower motion
-        largest_force_error: bound of the error of an axle force; for all other states see `process.LIMITS`
-        bending: lateral acceleration from which the vehicle is in a bend
-        braking: deceleration beyond that of the drives from which the vehicle is braked otherwise; slopes give less
-        trusted: 1, or 0 for a sensor that is left out and for an actuator that may have lost torque; all such actuators
-            share one loss
     """
 
-    vehicle: AutomatedVehicle.Parameters
+    vehicle: AutomatedVehicle.Parameters  # parameters of the model
+    # sensor_noise, model_error: standard deviations of the readings, and of the model
     sensor_noise: Measured = SENSOR_NOISE
     model_error: ModelError = field(default_factory=ModelError)
-    plausible: Readings = PLAUSIBLE
+    plausible: Readings = PLAUSIBLE  # widths of the ranges in which failed sensors may read
+    # unknown share of a jump of the steering torque, since the jump occurs between two samples
     torque_jump: Annotated[float, ""] = TORQUE_JUMP
+    # bound of a normalised innovation, in standard deviations, for the correction and for the likelihood, so that a
+    # fault does not disturb the filter; far more than fault-free readings reach
     influence: Annotated[float, ""] = 8.0
+    # duration of the transient after the start, in which readings do not count for hypotheses
     settling: Annotated[float, "s"] = 0.5
+    # speed from which the vehicle counts as moving; wheel speed sensors detect hardly any slower motion
     slowest: Annotated[float, "m/s"] = 0.5
+    # bound of the error of an axle force; for all other states see `process.LIMITS`
     largest_force_error: Annotated[float, "N"] = LIMITS.front_force_error
-    bending: Annotated[float, "m/s**2"] = 1.0
+    bending: Annotated[float, "m/s**2"] = 1.0  # lateral acceleration from which the vehicle is in a bend
+    # deceleration beyond that of the drives from which the vehicle is braked otherwise; slopes give less
     braking: Annotated[float, "m/s**2"] = 1.5
+    # 1, or 0 for a sensor that is left out and for an actuator that may have lost torque; all such actuators share one
+    # loss
     trusted: Elements = TRUSTED
 
     Sample = ConditionSample
@@ -340,37 +323,33 @@ class LeaveOutFilter:
         age: Scalar
 
     class Output(NamedTuple):
-        """Output of the filter of one hypothesis for one sample.
+        """Output of the filter of one hypothesis for one sample."""
 
-        Args:
-            log_likelihood: log-likelihood of all readings of this sample, given the past [nat]; readings that are left
-                out have the density of their plausible range, so that all hypotheses explain the same readings; 0 while
-                settling
-            estimate: estimate of every sensor's reading without noise, after the correction; the substitute of a sensor
-                that is left out
-            torque_loss, loss_deviation: lost share of the suspected actuators' torque, the same for two, and its
-                standard deviation, which is large while little torque is requested
-            moving: 1 if the vehicle moves forward, else 0: wheels that stand or roll backwards are no evidence
-            driven: 1 if drives and slopes explain the deceleration, else 0: brakes may lock the wheels
-            lack: lateral force that an axle lacks in a bend over its load, the larger of both; 0 outside bends; for a
-                car without known torques see `skidding.lacking`
-            lack_along, given_along: force of the suspected drives that the front axle lacks, and has, over its load
-            turning: lateral acceleration as speed times yaw rate, if the filter gives it, else 0
-        """
-
+        # log-likelihood of all readings of this sample, given the past [nat]; readings that are left out have the
+        # density of their plausible range, so that all hypotheses explain the same readings; 0 while settling
         log_likelihood: Annotated[float, ""]
         prediction: Readings  # prediction of every sensor, used or not, before any reading of the sample
         deviation: Readings  # standard deviation of reading less prediction
+        # estimate of every sensor's reading without noise, after the correction; the substitute of a sensor that is
+        # left out
         estimate: Readings
+        # torque_loss, loss_deviation: lost share of the suspected actuators' torque, the same for two, and its standard
+        # deviation, which is large while little torque is requested
         torque_loss: Annotated[float, ""]
         loss_deviation: Annotated[float, ""]
         speed: Annotated[float, "m/s"]  # speed, lateral_speed: speed components of the centre of gravity
         lateral_speed: Annotated[float, "m/s"]
+        # 1 if the vehicle moves forward, else 0: wheels that stand or roll backwards are no evidence
         moving: Annotated[float, ""]
+        # 1 if drives and slopes explain the deceleration, else 0: brakes may lock the wheels
         driven: Annotated[float, ""]
+        # lateral force that an axle lacks in a bend over its load, the larger of both; 0 outside bends; for a car
+        # without known torques see `skidding.lacking`
         lack: Annotated[float, ""] = 0.0
+        # lack_along, given_along: force of the suspected drives that the front axle lacks, and has, over its load
         lack_along: Annotated[float, ""] = 0.0
         given_along: Annotated[float, ""] = 0.0
+        # lateral acceleration as speed times yaw rate, if the filter gives it, else 0
         turning: Annotated[float, "m/s**2"] = 0.0
 
     @classmethod

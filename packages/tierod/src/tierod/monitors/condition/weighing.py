@@ -31,19 +31,15 @@ NEVER = -1e9  # score of a hypothesis that cannot be chosen; far below any ratio
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of the log-likelihood ratios, designed on fault-free drives.
+    """Limits of the log-likelihood ratios, designed on fault-free drives."""
 
-    Args:
-        fast, slow: limit of the mean ratio against the active hypothesis over the short and the long time, for each
-            hypothesis but the fault-free one, in their order [nat]; above 0, so that missing readings exceed none
-        gap: least lead of the best hypothesis over all that neither contain it nor are contained in it [nat]
-        margin: least additional ratio of a hypothesis per suspect beyond the first [nat]
-    """
-
+    # fast, slow: limit of the mean ratio against the active hypothesis over the short and the long time, for each
+    # hypothesis but the fault-free one, in their order [nat]; above 0, so that missing readings exceed none
     fast: tuple[Annotated[float, ""], ...]
     slow: tuple[Annotated[float, ""], ...]
+    # least lead of the best hypothesis over all that neither contain it nor are contained in it [nat]
     gap: Annotated[float, ""]
-    margin: Annotated[float, ""]
+    margin: Annotated[float, ""]  # least additional ratio of a hypothesis per suspect beyond the first [nat]
 
 
 class Weights(NamedTuple):
@@ -54,17 +50,14 @@ class Weights(NamedTuple):
 
 
 class Ranking(NamedTuple):
-    """Ranking of the hypotheses after one sample.
-
-    Args:
-        lead: score of the best less that of the best rival [nat]; 0 while a rival scores higher without the costs of
-            leaving out sensors
-        rivals: for each hypothesis, whether it explains the samples about as well as the best, which is included
-    """
+    """Ranking of the hypotheses after one sample."""
 
     exceeding: Scalar  # whether any other hypothesis exceeds its limit
     best: Scalar  # number of the best of these
+    # score of the best less that of the best rival [nat]; 0 while a rival scores higher without the costs of leaving
+    # out sensors
     lead: Scalar
+    # for each hypothesis, whether it explains the samples about as well as the best, which is included
     rivals: tuple[Scalar, ...]
 
 
@@ -74,9 +67,7 @@ class Weighing:
 
     Args:
         hypotheses: hypotheses in the order of the lanes, the fault-free one first
-        limits: limits of the ratios
         sample_time: sampling interval [s]
-        fast_time, slow_time: time constants of both exponential means
         largest: bound of the ratio of a single sample [nat], so that a single outlier declares nothing; some three
             times the cost of leaving out a sensor
         prices: cost of leaving out each sensor per fault-free sample [nat]; see `tuning.prices`
@@ -267,33 +258,29 @@ class Testability:
 
     No fault is declared at standstill and in reverse, no fault of a wheel while the vehicle brakes harder than with its
     drives, none of a missing sensor, and none of a steering motor without the sensor of the torque of both motors.
-
-    Args:
-        shows: number of standard deviations of the prediction by which a fault must change a reading to show
-        missing: time without a reading after which a sensor is missing; longer than the interval of the slowest channel
-        poorer: factor on all limits while a sensor is missing; fault-free ratios are up to 1.7 times as large then
-        fewest: least number of available sensors for any declaration
-        remaining: least number of sensors that a hypothesis leaves: two give speed and yaw rate, a third checks them
-        judged: sensors that the vehicle has
-        cornering: lateral acceleration from which no fault is declared, since tyres may slide as in no calibration
-            drive; those of the demonstrator reach 5.9 m/s**2
-        stays: time for which no fault is declared afterwards, and after an axle lacked force in that bend; the filters
-            recover in it
-        surely: factor on the change whose first sample exceeds the limit, for a change that is seen while it lasts:
-            filters that use the sensor follow it in part, and no other hypothesis may explain it as well. Of injected
-            changes of ten seconds, nine of ten are seen (virtual cars and demonstrators of seeds 101 to 104)
-        followed: the same for the yaw rate and the steering angle, whose offsets are states of the filters
     """
 
+    # number of standard deviations of the prediction by which a fault must change a reading to show
     shows: Annotated[float, ""] = 4.0
+    # time without a reading after which a sensor is missing; longer than the interval of the slowest channel
     missing: Annotated[float, "s"] = 0.2
+    # factor on all limits while a sensor is missing; fault-free ratios are up to 1.7 times as large then
     poorer: Annotated[float, ""] = 1.7
-    fewest: Annotated[float, ""] = 4.0
+    fewest: Annotated[float, ""] = 4.0  # least number of available sensors for any declaration
+    # least number of sensors that a hypothesis leaves: two give speed and yaw rate, a third checks them
     remaining: Annotated[float, ""] = 2.0
-    judged: tuple[str, ...] = OF_AUTOMATED
+    judged: tuple[str, ...] = OF_AUTOMATED  # sensors that the vehicle has
+    # lateral acceleration from which no fault is declared, since tyres may slide as in no calibration drive; those of
+    # the demonstrator reach 5.9 m/s**2
     cornering: Annotated[float, "m/s**2"] = 6.5
+    # time for which no fault is declared afterwards, and after an axle lacked force in that bend; the filters recover
+    # in it
     stays: Annotated[float, "s"] = 0.5
+    # factor on the change whose first sample exceeds the limit, for a change that is seen while it lasts: filters that
+    # use the sensor follow it in part, and no other hypothesis may explain it as well. Of injected changes of ten
+    # seconds, nine of ten are seen (virtual cars and demonstrators of seeds 101 to 104)
     surely: Annotated[float, ""] = 2.0
+    # the same for the yaw rate and the steering angle, whose offsets are states of the filters
     followed: Annotated[float, ""] = 2.5
 
     def multiple(self, weighing: Weighing, name: str) -> float:
@@ -362,24 +349,20 @@ class Testability:
 
 @dataclass(frozen=True)
 class Returning:
-    """Count for how long every declared element has been consistent, and withdraw the declaration.
+    """Count for how long every declared element has been consistent, and withdraw the declaration."""
 
-    Args:
-        shows: number of standard deviations of the prediction by which a fault must change a reading to show
-        agrees: number of standard deviations within which a reading is consistent with its prediction
-        recovers: time for which an element must be consistent, in samples in which its fault would show
-        doubtful: weight of a sample in which only a total loss would show; the estimated effect of a fault that has
-            ended without showing may be wrong by then
-        hopes: time after which an element is called recovering; single readings of a noisy sensor agree by chance
-        loss_recovered: lost share of torque below which an actuator counts as fault-free
-    """
-
+    # number of standard deviations of the prediction by which a fault must change a reading to show
     shows: Annotated[float, ""] = 4.0
+    # number of standard deviations within which a reading is consistent with its prediction
     agrees: Annotated[float, ""] = 4.0
+    # time for which an element must be consistent, in samples in which its fault would show
     recovers: Annotated[float, "s"] = 0.3
+    # weight of a sample in which only a total loss would show; the estimated effect of a fault that has ended without
+    # showing may be wrong by then
     doubtful: Annotated[float, ""] = 0.1
+    # time after which an element is called recovering; single readings of a noisy sensor agree by chance
     hopes: Annotated[float, "s"] = 0.1
-    loss_recovered: Annotated[float, ""] = 0.15
+    loss_recovered: Annotated[float, ""] = 0.15  # lost share of torque below which an actuator counts as fault-free
 
     def good(
         self,

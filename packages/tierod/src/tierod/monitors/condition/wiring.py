@@ -21,13 +21,10 @@ MOVING = 2.0  # speed from which a turn shows in the estimates [m/s]
 
 @dataclass(frozen=True)
 class Witness:
-    """One estimate of a quantity, from one or several signals.
-
-    Args:
-        estimate: function that gives the quantity from the signals by name, (n,)
-    """
+    """One estimate of a quantity, from one or several signals."""
 
     elements: tuple[str, ...]  # sensors that it uses
+    # function that gives the quantity from the signals by name, (n,)
     estimate: Callable[[Mapping[str, np.ndarray], CarParameters], np.ndarray]
     turned: str  # meaning of a wrong sign, in words
     scaled: str = ""  # meaning of a wrong scale, in words
@@ -236,14 +233,11 @@ one sensor differs from both others by a factor of 1.07 and by 0.03 s, with tyre
 
 
 class Wiring:
-    """Checks the beginning of a drive for signals that were connected or described wrongly.
+    """Checks the beginning of a drive for signals that were connected or described wrongly."""
 
-    Args:
-        scale: ratio of amplitudes from which a scale is wrong; tyres, radii and slopes cause up to 1.34
-        late: shift in time from which an estimate is wrong; the motion itself lags by up to 0.1 s
-    """
-
+    # ratio of amplitudes from which a scale is wrong; tyres, radii and slopes cause up to 1.34
     scale: Annotated[float, ""] = 1.4
+    # shift in time from which an estimate is wrong; the motion itself lags by up to 0.1 s
     late: Annotated[float, "s"] = 0.15
 
     def __init__(self, vehicle: CarParameters, rate: float, calibrated: bool = False):

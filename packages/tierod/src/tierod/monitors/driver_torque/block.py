@@ -73,42 +73,28 @@ class WorkOverDrive:
 
 
 class SignVerdict(NamedTuple):
-    """1 for a signal with a wrong sign, 0 for a right one or one not tested yet; then which could be tested.
+    """1 for a signal with a wrong sign, 0 for a right one or one not tested yet; then which could be tested."""
 
-    Args:
-        steering_wheel_angle, motor_angle_mechanical, driver_torque, motor_torque: 1 where the sign is wrong
-        angles_judged: 1 once both angles have moved together
-        torque_judged: 1 once the bar has been twisted enough
-        motor_judged: 1 once the motor has done enough work
-    """
-
+    # steering_wheel_angle, motor_angle_mechanical, driver_torque, motor_torque: 1 where the sign is wrong
     steering_wheel_angle: Annotated[Scalar, ""]
     motor_angle_mechanical: Annotated[Scalar, ""]
     driver_torque: Annotated[Scalar, ""]
     motor_torque: Annotated[Scalar, ""]
-    angles_judged: Annotated[Scalar, ""]
-    torque_judged: Annotated[Scalar, ""]
-    motor_judged: Annotated[Scalar, ""]
+    angles_judged: Annotated[Scalar, ""]  # 1 once both angles have moved together
+    torque_judged: Annotated[Scalar, ""]  # 1 once the bar has been twisted enough
+    motor_judged: Annotated[Scalar, ""]  # 1 once the motor has done enough work
 
 
 class SignState(NamedTuple):
-    """Exponentially weighted means and products.
+    """Exponentially weighted means and products."""
 
-    Args:
-        weight: weight of all samples so far, up to 1
-        means: of wheel angle, gear angle, bar torque
-        products: of (wheel, wheel), (gear, gear), (wheel, gear), (bar, bar), (bar, wheel), (bar, gear), about the means
-        work: exponentially weighted work of the motor, and of the bar on the motor [J]
-        angle: motor angle of the previous sample
-        begun: 1 after the first complete sample
-    """
-
-    weight: Annotated[Scalar, ""]
-    means: tuple[Scalar, ...]
+    weight: Annotated[Scalar, ""]  # weight of all samples so far, up to 1
+    means: tuple[Scalar, ...]  # of wheel angle, gear angle, bar torque
+    # of (wheel, wheel), (gear, gear), (wheel, gear), (bar, bar), (bar, wheel), (bar, gear), about the means
     products: tuple[Scalar, ...]
-    work: tuple[Scalar, Scalar]
-    angle: Annotated[Scalar, "rad"]
-    begun: Annotated[Scalar, ""]
+    work: tuple[Scalar, Scalar]  # exponentially weighted work of the motor, and of the bar on the motor [J]
+    angle: Annotated[Scalar, "rad"]  # motor angle of the previous sample
+    begun: Annotated[Scalar, ""]  # 1 after the first complete sample
 
 
 _PAIRS = ((0, 0), (1, 1), (0, 1), (2, 2), (2, 0), (2, 1))
@@ -126,30 +112,22 @@ class ColumnSigns:
 
     A late angle or a wrong ratio also gives a twist against the torque, but one that correlates weakly with the torque
     or is of another size than the stiffness allows; then the sign of the torque is not reported.
-
-    Args:
-        motor_ratio: turns of the motor per turn of the shaft [-]
-        sample_time: sampling interval [s]
-        memory: time constant of the weighting, a few turns of the wheel [s]
-        least_angle: least standard deviation of the wheel's angle, fifty times the noise of the sensor [rad]
-        least_torque: least standard deviation of the bar's torque, twice the noise of the twist from the angles [N m]
-        least_work: least work of the motor, five times what the noise of its angle makes [J]
-        least_correlation: least correlation for a test of a sign; chance stays below 0.1
-        torsion_bar_stiffness: stiffness from the vehicle file [N m/rad]
-        least_blame: least correlation of twist and torque for a reversed torque: a reversed one has 0.9 to 1, with a
-            motor angle that is 3 to 5 ms late mostly below 0.75
-        greatest_twist: largest twist over that from the torque; a motor angle that is 7 ms late or more makes more [-]
     """
 
-    motor_ratio: Annotated[float, ""]
-    sample_time: Annotated[float, "s"] = 1e-3
-    memory: Annotated[float, "s"] = 20.0
+    motor_ratio: Annotated[float, ""]  # turns of the motor per turn of the shaft [-]
+    sample_time: Annotated[float, "s"] = 1e-3  # sampling interval [s]
+    memory: Annotated[float, "s"] = 20.0  # time constant of the weighting, a few turns of the wheel [s]
+    # least standard deviation of the wheel's angle, fifty times the noise of the sensor [rad]
     least_angle: Annotated[float, "rad"] = 0.04
+    # least standard deviation of the bar's torque, twice the noise of the twist from the angles [N m]
     least_torque: Annotated[float, "N*m"] = 0.3
-    least_work: Annotated[float, "J"] = 2.0
-    least_correlation: Annotated[float, ""] = 0.3
-    torsion_bar_stiffness: Annotated[float, "N*m/rad"] = 140.0
+    least_work: Annotated[float, "J"] = 2.0  # least work of the motor, five times what the noise of its angle makes [J]
+    least_correlation: Annotated[float, ""] = 0.3  # least correlation for a test of a sign; chance stays below 0.1
+    torsion_bar_stiffness: Annotated[float, "N*m/rad"] = 140.0  # stiffness from the vehicle file [N m/rad]
+    # least correlation of twist and torque for a reversed torque: a reversed one has 0.9 to 1, with a motor angle that
+    # is 3 to 5 ms late mostly below 0.75
     least_blame: Annotated[float, ""] = 0.8
+    # largest twist over that from the torque; a motor angle that is 7 ms late or more makes more [-]
     greatest_twist: Annotated[float, ""] = 2.0
 
     Sample = ColumnSample
@@ -235,18 +213,13 @@ def wrong_signs(verdict: SignVerdict, motor: str = "motor_torque") -> tuple[str,
 
 @dataclass(frozen=True)
 class DriverTorqueMonitor:
-    """An observer of the column with the hands monitor, whose learnt offset corrects the torque of the torsion bar.
+    """An observer of the column with the hands monitor, whose learnt offset corrects the torque of the torsion bar."""
 
-    Args:
-        observer: a block with input `ColumnSample` and output `hand_torque`; optional outputs are its deviation, the
-            disturbance torque, `nis`, `present` and `ready`
-        hands: detection of hands on the wheel
-        signs: test of the signals' signs
-    """
-
+    # a block with input `ColumnSample` and output `hand_torque`; optional outputs are its deviation, the disturbance
+    # torque, `nis`, `present` and `ready`
     observer: Block
-    hands: HandsMonitor
-    signs: ColumnSigns
+    hands: HandsMonitor  # detection of hands on the wheel
+    signs: ColumnSigns  # test of the signals' signs
 
     class Sample(NamedTuple):
         steering_wheel_angle: Annotated[Scalar, "rad"]
@@ -262,28 +235,22 @@ class DriverTorqueMonitor:
         motor_torque: Annotated[Scalar, "N*m"]
 
     class Output(NamedTuple):
-        """Estimated state of the driver's hands.
+        """Estimated state of the driver's hands."""
 
-        Args:
-            statement: torque of the hands [N*m] with its deviation, healthy while it is known; the evidence is the
-                CUSUM for hands on (positive) or off (negative), over the threshold
-            disturbance_torque, disturbance_torque_deviation: torque that the motor overcomes at its shaft besides the
-                column
-            hands: 1 on, 0 off, 0.5 uncertain
-            inertia_error, torque_offset: errors of wheel and torsion bar, learnt without hands
-            nis, present: NIS of the observer, and its number of outputs
-            turned: 1 for every signal with a wrong sign
-        """
-
+        # torque of the hands [N*m] with its deviation, healthy while it is known; the evidence is the CUSUM for hands
+        # on (positive) or off (negative), over the threshold
         statement: Statement
+        # disturbance_torque, disturbance_torque_deviation: torque that the motor overcomes at its shaft besides the
+        # column
         disturbance_torque: Annotated[Scalar, "N*m"]
         disturbance_torque_deviation: Annotated[Scalar, "N*m"]
-        hands: Annotated[Scalar, ""]
+        hands: Annotated[Scalar, ""]  # 1 on, 0 off, 0.5 uncertain
+        # inertia_error, torque_offset: errors of wheel and torsion bar, learnt without hands
         inertia_error: Annotated[Scalar, "kg*m**2"]
         torque_offset: Annotated[Scalar, "N*m"]
-        nis: Annotated[Scalar, ""]
+        nis: Annotated[Scalar, ""]  # nis, present: NIS of the observer, and its number of outputs
         present: Annotated[Scalar, ""]
-        turned: SignVerdict
+        turned: SignVerdict  # 1 for every signal with a wrong sign
 
     def init(self) -> State:
         return self.State(self.observer.init(), self.hands.init(), self.signs.init(), 0.0)

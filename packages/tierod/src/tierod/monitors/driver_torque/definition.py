@@ -89,8 +89,7 @@ class DriverTorqueSession(BlockSession):
         delay: delay of the observer's torque; the truth is delayed equally [samples]
     """
 
-    listens = MEASURED
-    """Length of the first piece, so that the noise does not depend on how the recording is cut [s]."""
+    listens = MEASURED  # Length of the first piece, so that the noise does not depend on how the recording is cut [s]
 
     def __init__(
         self,

@@ -149,24 +149,16 @@ Column: TypeAlias = ColumnParameters | TwoInertiaParameters  # parameters of a c
 
 
 class Layout(NamedTuple):
-    """Properties of the column that the observer needs beside its filters.
+    """Properties of the column that the observer needs beside its filters."""
 
-    Args:
-        sample_time: sampling interval [s]
-        stiffness: stiffness between steering wheel and motor, or of the bar where there is a gear [N m/rad]
-        motor_ratio: turns of the motor per turn of the wheel [-]
-        hand_torque_growth, disturbance_torque_growth: growth of their variances while samples are missing [(N m)^2/s]
-        outputs: measured outputs
-        offset: name of the offset's state, or ""
-    """
-
-    sample_time: float
-    stiffness: float
-    motor_ratio: float
+    sample_time: float  # sampling interval [s]
+    stiffness: float  # stiffness between steering wheel and motor, or of the bar where there is a gear [N m/rad]
+    motor_ratio: float  # turns of the motor per turn of the wheel [-]
+    # hand_torque_growth, disturbance_torque_growth: growth of their variances while samples are missing [(N m)^2/s]
     hand_torque_growth: float
     disturbance_torque_growth: float
-    outputs: tuple[str, ...]
-    offset: str
+    outputs: tuple[str, ...]  # measured outputs
+    offset: str  # name of the offset's state, or ""
 
 
 class Designed(NamedTuple):

@@ -68,14 +68,10 @@ class WheelAcceleration:
 
     The lag of the smoothing is compensated to first order; uncompensated, an error of 20 % of the inertia would leave a
     tenth of its torque at 3 Hz.
-
-    Args:
-        slope: derivative of the rate
-        slow: low-passed derivative, for the compensation
     """
 
-    slope: Differentiator
-    slow: FirstOrderLowPass
+    slope: Differentiator  # derivative of the rate
+    slow: FirstOrderLowPass  # low-passed derivative, for the compensation
 
     Sample = WheelRate
 
@@ -204,88 +200,60 @@ class HandsMonitor:
     a tolerance that it narrows by learning inertia, damping and offset while no hands are on the wheel; the other
     assumes a torque that wanders, and the additional inertia and damping of the arms. Their log-likelihood ratio is
     accumulated in two CUSUMs, one for each change of the state.
-
-    Args:
-        off, on: filters of both hypotheses
-        to_on, to_off: CUSUMs of the log-likelihood ratio, each with its threshold
-        motion: acceleration of the wheel, from the rate of the accepted hypothesis
-        sample_time: sampling interval
-        greatest_offset, greatest_inertia_error: bounds beyond which learnt values are discarded and the state of the
-            hands is unknown
-        most: bound of the evidence of a single sample, so that an outlier decides nothing
-        doubt: share of a threshold from which contrary evidence makes the present state uncertain
-        calm: share of the threshold above which evidence for hands stops all learning
-        least_rate, least_acceleration: bounds below which damping and inertia are not learnt, since they would fit
-            noise
-        longest_gap: time of missing samples after which the state of the hands is unknown
-        unseen_torque: standard deviation of the torque's change over a single missing sample; after more of them the
-            motion of the wheel is reinitialised
-        greatest_acceleration, greatest_torque_rate: bounds beyond which a sample is rejected as an outlier
     """
 
-    off: KalmanFilter
+    off: KalmanFilter  # off, on: filters of both hypotheses
     on: KalmanFilter
-    to_on: Cusum
+    to_on: Cusum  # to_on, to_off: CUSUMs of the log-likelihood ratio, each with its threshold
     to_off: Cusum
-    motion: WheelAcceleration
-    sample_time: Annotated[float, "s"]
+    motion: WheelAcceleration  # acceleration of the wheel, from the rate of the accepted hypothesis
+    sample_time: Annotated[float, "s"]  # sampling interval
+    # greatest_offset, greatest_inertia_error: bounds beyond which learnt values are discarded and the state of the
+    # hands is unknown
     greatest_offset: Annotated[float, "N*m"]
     greatest_inertia_error: Annotated[float, "kg*m**2"]
-    most: Annotated[float, ""] = 5.0
+    most: Annotated[float, ""] = 5.0  # bound of the evidence of a single sample, so that an outlier decides nothing
+    # share of a threshold from which contrary evidence makes the present state uncertain
     doubt: Annotated[float, ""] = 0.5
-    calm: Annotated[float, ""] = 0.2
+    calm: Annotated[float, ""] = 0.2  # share of the threshold above which evidence for hands stops all learning
+    # least_rate, least_acceleration: bounds below which damping and inertia are not learnt, since they would fit noise
     least_rate: Annotated[float, "rad/s"] = 0.2
     least_acceleration: Annotated[float, "rad/s**2"] = 5.0
-    longest_gap: Annotated[float, "s"] = 0.1
+    longest_gap: Annotated[float, "s"] = 0.1  # time of missing samples after which the state of the hands is unknown
+    # standard deviation of the torque's change over a single missing sample; after more of them the motion of the wheel
+    # is reinitialised
     unseen_torque: Annotated[float, "N*m"] = 0.2
+    # greatest_acceleration, greatest_torque_rate: bounds beyond which a sample is rejected as an outlier
     greatest_acceleration: Annotated[float, "rad/s**2"] = 3000.0
     greatest_torque_rate: Annotated[float, "N*m/s"] = 3000.0
 
     Sample = HandsSample
 
     class State(NamedTuple):
-        """State between two samples.
+        """State between two samples."""
 
-        Args:
-            off, on: beliefs of both hypotheses
-            learnt: last belief of the wheel without hands that was beyond doubt
-            to_on, to_off: states of the CUSUMs
-            hands: the decision
-            last: last accepted sample
-            smooth, rate, acceleration: motion of the wheel
-            gap: time since the last accepted sample [s]
-        """
-
-        off: Belief
+        off: Belief  # off, on: beliefs of both hypotheses
         on: Belief
-        learnt: Belief
-        to_on: Cusum.State
+        learnt: Belief  # last belief of the wheel without hands that was beyond doubt
+        to_on: Cusum.State  # to_on, to_off: states of the CUSUMs
         to_off: Cusum.State
-        hands: Annotated[Scalar, ""]
-        last: HandsSample
-        smooth: Tree
+        hands: Annotated[Scalar, ""]  # the decision
+        last: HandsSample  # last accepted sample
+        smooth: Tree  # smooth, rate, acceleration: motion of the wheel
         rate: Annotated[Scalar, "rad/s"]
         acceleration: Annotated[Scalar, "rad/s**2"]
-        gap: Annotated[Scalar, "s"]
+        gap: Annotated[Scalar, "s"]  # time since the last accepted sample [s]
 
     class Output(NamedTuple):
-        """Estimated state of the hands.
+        """Estimated state of the hands."""
 
-        Args:
-            hands: 1 on, 0 off, 0.5 uncertain
-            evidence_on, evidence_off: CUSUMs over their thresholds
-            log_likelihood_ratio: log-likelihood ratio of this sample, on against off
-            inertia_error, torque_offset: values learnt without hands
-            nis_off, nis_on: NIS of both filters
-        """
-
-        hands: Annotated[Scalar, ""]
-        evidence_on: Annotated[Scalar, ""]
+        hands: Annotated[Scalar, ""]  # 1 on, 0 off, 0.5 uncertain
+        evidence_on: Annotated[Scalar, ""]  # evidence_on, evidence_off: CUSUMs over their thresholds
         evidence_off: Annotated[Scalar, ""]
-        log_likelihood_ratio: Annotated[Scalar, ""]
-        inertia_error: Annotated[Scalar, "kg*m**2"]
+        log_likelihood_ratio: Annotated[Scalar, ""]  # log-likelihood ratio of this sample, on against off
+        inertia_error: Annotated[Scalar, "kg*m**2"]  # inertia_error, torque_offset: values learnt without hands
         torque_offset: Annotated[Scalar, "N*m"]
-        nis_off: Annotated[Scalar, ""]
+        nis_off: Annotated[Scalar, ""]  # nis_off, nis_on: NIS of both filters
         nis_on: Annotated[Scalar, ""]
 
     @classmethod

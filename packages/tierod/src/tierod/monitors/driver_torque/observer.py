@@ -27,35 +27,21 @@ UNKNOWN = 10.0  # standard deviation of an unknown torque [N m]; more than hands
 
 
 class ColumnSample(NamedTuple):
-    """Measurements of a column at one instant; NaN where a value is missing.
+    """Measurements of a column at one instant; NaN where a value is missing."""
 
-    Args:
-        motor_torque: torque at the motor's shaft
-        steering_wheel_angle: angle above the torsion bar
-        motor_angle_mechanical: angle of the motor's shaft
-        driver_torque: torque in the torsion bar, positive towards left
-    """
-
-    motor_torque: Annotated[Scalar, "N*m"]
-    steering_wheel_angle: Annotated[Scalar, "rad"]
-    motor_angle_mechanical: Annotated[Scalar, "rad"]
-    driver_torque: Annotated[Scalar, "N*m"]
+    motor_torque: Annotated[Scalar, "N*m"]  # torque at the motor's shaft
+    steering_wheel_angle: Annotated[Scalar, "rad"]  # angle above the torsion bar
+    motor_angle_mechanical: Annotated[Scalar, "rad"]  # angle of the motor's shaft
+    driver_torque: Annotated[Scalar, "N*m"]  # torque in the torsion bar, positive towards left
 
 
 class StartState(NamedTuple):
-    """State of the gap handling.
+    """State of the gap handling."""
 
-    Args:
-        motor_torque: last valid motor torque
-        missing: time for which samples have been incomplete [s]
-        started: 1 after the first complete sample
-        settling: remaining settling time after a start [s]
-    """
-
-    motor_torque: Annotated[Scalar, "N*m"]
-    missing: Annotated[Scalar, "s"]
-    started: Annotated[Scalar, ""]
-    settling: Annotated[Scalar, "s"]
+    motor_torque: Annotated[Scalar, "N*m"]  # last valid motor torque
+    missing: Annotated[Scalar, "s"]  # time for which samples have been incomplete [s]
+    started: Annotated[Scalar, ""]  # 1 after the first complete sample
+    settling: Annotated[Scalar, "s"]  # remaining settling time after a start [s]
 
     @property
     def unknown(self) -> Scalar:
@@ -64,21 +50,14 @@ class StartState(NamedTuple):
 
 
 class Phase(NamedTuple):
-    """Mode of an observer in a sample.
+    """Mode of an observer in a sample."""
 
-    Args:
-        motor_torque: torque of the previous sample, which acts until this one; held where it is missing
-        measured: outputs that the observer uses, in the order of the layout
-        restart: 1 where the observer restarts from this sample, as if at rest
-        following: 1 where it continues or restarts; 0 where it is held
-        ready: 1 where the estimate can be used
-    """
-
+    # torque of the previous sample, which acts until this one; held where it is missing
     motor_torque: Annotated[Scalar, "N*m"]
-    measured: tuple[Scalar, ...]
-    restart: Annotated[Scalar, ""]
-    following: Annotated[Scalar, ""]
-    ready: Annotated[Scalar, ""]
+    measured: tuple[Scalar, ...]  # outputs that the observer uses, in the order of the layout
+    restart: Annotated[Scalar, ""]  # 1 where the observer restarts from this sample, as if at rest
+    following: Annotated[Scalar, ""]  # 1 where it continues or restarts; 0 where it is held
+    ready: Annotated[Scalar, ""]  # 1 where the estimate can be used
 
     def chosen(self, resting: Tree, moved: Tree, held: Tree) -> Tree:
         """The tree that belongs to the phase: restarted, updated or held."""
@@ -87,17 +66,12 @@ class Phase(NamedTuple):
 
 @dataclass(frozen=True)
 class Starting:
-    """Start at the first complete sample, and restart after a gap longer than `longest_gap`; shorter ones are bridged.
+    """Starts at the first complete sample, restarts after a gap above `longest_gap`; shorter ones are bridged."""
 
-    Args:
-        layout: layout of the observer
-        longest_gap: longest bridged gap; 0.05 s is a quarter of the period at which a driver still turns the wheel
-            (5 Hz)
-        settling_time: settling time after a start with a turning wheel; ten time constants of the filter for jumps
-    """
-
-    layout: Layout
+    layout: Layout  # layout of the observer
+    # longest bridged gap; 0.05 s is a quarter of the period at which a driver still turns the wheel (5 Hz)
     longest_gap: Annotated[float, "s"] = 0.05
+    # settling time after a start with a turning wheel; ten time constants of the filter for jumps
     settling_time: Annotated[float, "s"] = 0.1
 
     Sample = ColumnSample
@@ -122,37 +96,25 @@ class Starting:
 
 
 class ColumnEstimate(NamedTuple):
-    """Estimate of an observer of the column; deviations are standard deviations for the assumed column.
+    """Estimate of an observer of the column; deviations are standard deviations for the assumed column."""
 
-    Args:
-        hand_torque: torque of the driver's hands on the steering wheel
-        hand_torque_deviation: its standard deviation
-        disturbance_torque: torque that the motor overcomes at its shaft besides the column: dry friction, rack and road
-        disturbance_torque_deviation: its standard deviation
-        steering_wheel_angle, motor_angle_mechanical, gear_angle: filtered; the gear's is that of the shaft below the
-            bar
-        steering_wheel_rate, motor_speed, gear_rate: likewise
-        offset: offset of the sensor that the tuning names, in its unit; 0 where it names none
-        innovation: measured less predicted; NaN where missing, 0 for a sensor that the tuning leaves out
-        nis: normalised innovation squared over the present outputs
-        present: number of present outputs
-        ready: 1 while the estimate can be used; 0 before the first complete sample, in a long gap, and while settling
-    """
-
-    hand_torque: Annotated[Scalar, "N*m"]
-    hand_torque_deviation: Annotated[Scalar, "N*m"]
+    hand_torque: Annotated[Scalar, "N*m"]  # torque of the driver's hands on the steering wheel
+    hand_torque_deviation: Annotated[Scalar, "N*m"]  # its standard deviation
+    # torque that the motor overcomes at its shaft besides the column: dry friction, rack and road
     disturbance_torque: Annotated[Scalar, "N*m"]
-    disturbance_torque_deviation: Annotated[Scalar, "N*m"]
+    disturbance_torque_deviation: Annotated[Scalar, "N*m"]  # its standard deviation
+    # steering_wheel_angle, motor_angle_mechanical, gear_angle: filtered; the gear's is that of the shaft below the bar
     steering_wheel_angle: Annotated[Scalar, "rad"]
     motor_angle_mechanical: Annotated[Scalar, "rad"]
     gear_angle: Annotated[Scalar, "rad"]
-    steering_wheel_rate: Annotated[Scalar, "rad/s"]
+    steering_wheel_rate: Annotated[Scalar, "rad/s"]  # steering_wheel_rate, motor_speed, gear_rate: likewise
     motor_speed: Annotated[Scalar, "rad/s"]
     gear_rate: Annotated[Scalar, "rad/s"]
-    offset: Annotated[Scalar, ""]
-    innovation: ColumnOutput
-    nis: Annotated[Scalar, ""]
-    present: Annotated[Scalar, ""]
+    offset: Annotated[Scalar, ""]  # offset of the sensor that the tuning names, in its unit; 0 where it names none
+    innovation: ColumnOutput  # measured less predicted; NaN where missing, 0 for a sensor that the tuning leaves out
+    nis: Annotated[Scalar, ""]  # normalised innovation squared over the present outputs
+    present: Annotated[Scalar, ""]  # number of present outputs
+    # 1 while the estimate can be used; 0 before the first complete sample, in a long gap, and while settling
     ready: Annotated[Scalar, ""]
 
 
@@ -171,10 +133,6 @@ class ColumnObserver:
     and for friction that reverses. The observer starts at its first complete sample as if at rest, and restarts after a
     long gap; in a gap the standard deviations grow, and while it settles they are those of an unknown torque. A missing
     motor torque is held.
-
-    Args:
-        bank: bank of filters
-        starting: behaviour in gaps
 
     Without the motor's angle (`outputs` of the tuning) the column below the bar is observed through the bar alone: the
     disturbance torque becomes slower and noisier, and an offset of the bar cannot be separated from its twist.
@@ -313,14 +271,10 @@ class DelayedHandTorque:
 
     One filter suffices: a lag of 20 ms shows an edge from both sides, and smooths jumping and pulling hands equally
     well. Gaps are treated as in `ColumnObserver`; the deviation grows with the gap.
-
-    Args:
-        smoother: fixed-lag smoother with stationary gain
-        starting: behaviour in gaps
     """
 
-    smoother: FixedLag
-    starting: Starting
+    smoother: FixedLag  # fixed-lag smoother with stationary gain
+    starting: Starting  # behaviour in gaps
 
     Sample = ColumnSample
 

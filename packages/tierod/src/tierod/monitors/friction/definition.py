@@ -36,8 +36,7 @@ from tierod.monitors.harness.session import BlockSession, Conclusion, Monitor, S
 from tierod.monitors.registry import variants_with_plugins
 from tierod.vehicles import Vehicle
 
-NAME = "friction, pre-sliding"
-"""Name of the default monitor in findings and in stored baselines."""
+NAME = "friction, pre-sliding"  # Name of the default monitor in findings and in stored baselines
 
 VALUES = ("friction_torque", "friction_torque_standard_deviation", "ratio_to_baseline", *STATISTICS)
 """Traces that depend on the value of friction and are hidden where it is withheld."""
@@ -54,8 +53,7 @@ Acting = Callable[[Mapping[str, np.ndarray], Result], np.ndarray]
 class FrictionEstimator(Protocol):
     """Interface of a block that estimates friction and supplies the input of the verdict."""
 
-    learnt: ClassVar[Mapping[str, str]]
-    """Evidence of the estimator: name with unit -> field of its output."""
+    learnt: ClassVar[Mapping[str, str]]  # Evidence of the estimator: name with unit -> field of its output
 
     @property
     def Sample(self) -> type: ...

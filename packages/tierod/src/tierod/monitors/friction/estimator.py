@@ -41,24 +41,21 @@ from tierod.vehicles import Vehicle
 
 
 class Coefficients(NamedTuple):
-    """Coefficients of the regression; also the shape of one row of it, of its variances and of its process noises.
+    """Coefficients of the regression; also the shape of one row of it, of its variances and of its process noises."""
 
-    Args:
-        finite, exponential, long: shares of the friction torque that build up with Dahl exponent 1/2, 1 and 2; their
-            sum is the friction torque [N*m]. One of them may be negative where the true law lies outside the three
-        trail_drop: change of that factor per torque at the steering wheel, as the pneumatic trail shrinks
-        drive_share: factor on the torque that the whole drive and brake force, at the front axle, would exert on the
-            steered wheels through the trail of the vehicle file
-    """
-
+    # finite, exponential, long: shares of the friction torque that build up with Dahl exponent 1/2, 1 and 2; their sum
+    # is the friction torque [N*m]. One of them may be negative where the true law lies outside the three
     finite: Annotated[Scalar, "N*m"]
     exponential: Annotated[Scalar, "N*m"]
     long: Annotated[Scalar, "N*m"]
     log_dahl_angle: Annotated[Scalar, ""]  # logarithm of their common Dahl angle [rad]
     aligning_gain: Annotated[Scalar, ""]  # factor on the self-aligning torque of the vehicle file
+    # change of that factor per torque at the steering wheel, as the pneumatic trail shrinks
     trail_drop: Annotated[Scalar, "1/(N*m)"]
     weight_lever: Annotated[Scalar, "m"]  # lever of the front axle load, which turns the wheels back to straight ahead
     turn_slip: Annotated[Scalar, "m**2"]  # turn slip stiffness of both front tyres over the load of their axle
+    # factor on the torque that the whole drive and brake force, at the front axle, would exert on the steered wheels
+    # through the trail of the vehicle file
     drive_share: Annotated[Scalar, ""]
     load_share: Annotated[Scalar, ""]  # friction per magnitude of the road torque at the steering wheel
     offset: Annotated[Scalar, "N*m"]  # constant torque: offsets of both torque sensors, pull of the car
@@ -109,50 +106,47 @@ DEVIATIONS = Coefficients(
 
 @dataclass(frozen=True)
 class PreslidingTuning:
-    """Noises and priors of the regression.
+    """Noises and priors of the regression."""
 
-    Args:
-        error_density: spectral density of the torque balance's persistent errors [N**2*m**2*s]; 0.35 N*m over a second,
-            or 12.5 N**2*m**2 per sample of 10 ms
-        error_time: duration of such an error [s]; where the innovations exceed what density and duration allow, the
-            reported standard deviation grows with them
-        memory: time constant of the friction torque in enabled time [s]. A shorter one detects a fault sooner and
-            scatters more: 10 s halves the delay for 1.3 times the scatter
-        process: variance gained per enabled second by each coefficient, tuned in simulation; for the shares of friction
-            in multiples of error_density / memory**2
-        deviations: standard deviations before the first sample. 2 N*m for the shares of exponent 1/2 and 2 lets another
-            law be learnt within 50 s and costs nothing where the law is exponential (simulated); the vehicle's own
-            constants by their uncertainty in a vehicle file [assumed]
-        initial_dahl_angle: initial estimate of the Dahl angle [rad]; 1 degree
-        smallest_dahl_angle, largest_dahl_angle: bounds of the learnt Dahl angle [rad]; 0.05 and 8 degrees
-        initial_weight_lever: initial lever of the front axle load [m]; kingpins inclined by 12 degrees with a scrub
-            radius of 10 mm give 15 mm (`tierod.physics.aligning.weight_lever`), the round tyre shoulders reduce it
-        initial_turn_slip: initial turn slip stiffness over load [m**2]; for a contact patch 160 mm wide with a
-            longitudinal stiffness of 25 times the load
-        initial_drive_share: initial share of the drive and brake force [-]; that of brake forces at the front axle. A
-            front-driven car has more, a rear-driven one less
-        reference_lever: lever of the front axle load that gives the road torque for which friction is stated [m]; usual
-            in curves: a trail of 45 mm at a lateral acceleration of 1.44 m/s**2. 4 N*m at the steering wheel of a
-            mid-size car, 0.9 of a quadricycle, 6 of a van; at a torque that never occurs friction would stay uncertain
-        outlier: innovation beyond which its influence no longer grows (Huber) [N*m]; above that of a step of friction
-            from 4 to 12.5, below a fault of a torque sensor
-        excitation_memory: time constant of the excitation in enabled time [s]; equal to that of the friction torque
-    """
-
+    # spectral density of the torque balance's persistent errors [N**2*m**2*s]; 0.35 N*m over a second, or 12.5
+    # N**2*m**2 per sample of 10 ms
     error_density: Annotated[float, "N**2*m**2*s"] = 0.125
+    # duration of such an error [s]; where the innovations exceed what density and duration allow, the reported standard
+    # deviation grows with them
     error_time: Annotated[float, "s"] = 1.0
+    # time constant of the friction torque in enabled time [s]. A shorter one detects a fault sooner and scatters more:
+    # 10 s halves the delay for 1.3 times the scatter
     memory: Annotated[float, "s"] = 20.0
+    # variance gained per enabled second by each coefficient, tuned in simulation; for the shares of friction in
+    # multiples of error_density / memory**2
     process: Coefficients = PROCESS
+    # standard deviations before the first sample. 2 N*m for the shares of exponent 1/2 and 2 lets another law be learnt
+    # within 50 s and costs nothing where the law is exponential (simulated); the vehicle's own constants by their
+    # uncertainty in a vehicle file [assumed]
     deviations: Coefficients = DEVIATIONS
     initial_friction: Annotated[float, "N*m"] = 3.0  # initial estimate of friction [N*m]; 3 as printed by Mohtat et al.
+    # initial estimate of the Dahl angle [rad]; 1 degree
     initial_dahl_angle: Annotated[float, "rad"] = math.radians(1.0)
+    # smallest_dahl_angle, largest_dahl_angle: bounds of the learnt Dahl angle [rad]; 0.05 and 8 degrees
     smallest_dahl_angle: Annotated[float, "rad"] = math.radians(0.05)
     largest_dahl_angle: Annotated[float, "rad"] = math.radians(8.0)
+    # initial lever of the front axle load [m]; kingpins inclined by 12 degrees with a scrub radius of 10 mm give 15 mm
+    # (`tierod.physics.aligning.weight_lever`), the round tyre shoulders reduce it
     initial_weight_lever: Annotated[float, "m"] = 0.012
+    # initial turn slip stiffness over load [m**2]; for a contact patch 160 mm wide with a longitudinal stiffness of 25
+    # times the load
     initial_turn_slip: Annotated[float, "m**2"] = turn_slip_stiffness(25.0, 0.08)
+    # initial share of the drive and brake force [-]; that of brake forces at the front axle. A front-driven car has
+    # more, a rear-driven one less
     initial_drive_share: Annotated[float, ""] = 0.7
+    # lever of the front axle load that gives the road torque for which friction is stated [m]; usual in curves: a trail
+    # of 45 mm at a lateral acceleration of 1.44 m/s**2. 4 N*m at the steering wheel of a mid-size car, 0.9 of a
+    # quadricycle, 6 of a van; at a torque that never occurs friction would stay uncertain
     reference_lever: Annotated[float, "m"] = 0.0066
+    # innovation beyond which its influence no longer grows (Huber) [N*m]; above that of a step of friction from 4 to
+    # 12.5, below a fault of a torque sensor
     outlier: Annotated[float, "N*m"] = 10.0
+    # time constant of the excitation in enabled time [s]; equal to that of the friction torque
     excitation_memory: Annotated[float, "s"] = 20.0
 
 
@@ -176,8 +170,7 @@ def column_motion(clean: ConditionedSteering, stiffness: Scalar, sample_time: An
     )
 
 
-ROLLING_SPEED = 3.0
-"""Speed of the vehicle below which tyres scrub, which the balance does not model [m/s]."""
+ROLLING_SPEED = 3.0  # Speed of the vehicle below which tyres scrub, which the balance does not model [m/s]
 
 
 def reference_load(p: FrictionParameters, lever: Scalar) -> Scalar:
@@ -318,29 +311,23 @@ higher rate is a signal fault or a car out of control."""
 
 
 class FrictionTorque(NamedTuple):
-    """Output of the estimator after a sample.
-
-    Args:
-        misfit: factor by which it was widened because the torque balance fits worse than the tuning expects
-        hands_on, same_direction, moving, rolling, settled: the enabling conditions, one by one
-        aligning_gain, trail_drop, weight_lever, turn_slip, drive_share, load_share, offset, damping, inertia: see
-            `Coefficients`
-        excitation: mean magnitude of `build_up` over the enabled time; 1 is permanent sliding, below 0.5 the strokes
-            end before friction has built up
-        innovation_variance: variance expected by the filter; set wide for errors that last over many samples
-    """
+    """Output of the estimator after a sample."""
 
     friction_torque: Annotated[Scalar, "N*m"]  # level of dry friction at the steering wheel axis, at the reference load
     friction_deviation: Annotated[Scalar, "N*m"]  # its standard deviation, for correct torque sensors
+    # factor by which it was widened because the torque balance fits worse than the tuning expects
     misfit: Annotated[Scalar, ""]
     residual: Annotated[Scalar, "N*m"]  # root mean square of `innovation` over the last enabled time
     enabled: Annotated[Scalar, ""]  # 1 where the sample was used
+    # hands_on, same_direction, moving, rolling, settled: the enabling conditions, one by one
     hands_on: Annotated[Scalar, ""]
     same_direction: Annotated[Scalar, ""]
     moving: Annotated[Scalar, ""]
     rolling: Annotated[Scalar, ""]
     settled: Annotated[Scalar, ""]
     dahl_angle: Annotated[Scalar, "rad"]  # travel over which friction builds up
+    # aligning_gain, trail_drop, weight_lever, turn_slip, drive_share, load_share, offset, damping, inertia: see
+    # `Coefficients`
     aligning_gain: Annotated[Scalar, ""]
     trail_drop: Annotated[Scalar, "1/(N*m)"]
     weight_lever: Annotated[Scalar, "m"]
@@ -352,8 +339,11 @@ class FrictionTorque(NamedTuple):
     damping: Annotated[Scalar, "N*m*s/rad"]
     inertia: Annotated[Scalar, "kg*m**2"]
     build_up: Annotated[Scalar, ""]  # share of the full level that friction has reached, with sign
+    # mean magnitude of `build_up` over the enabled time; 1 is permanent sliding, below 0.5 the strokes end before
+    # friction has built up
     excitation: Annotated[Scalar, ""]
     innovation: Annotated[Scalar, "N*m"]  # measured less expected torque
+    # variance expected by the filter; set wide for errors that last over many samples
     innovation_variance: Annotated[Scalar, "N**2*m**2"]
     nis: Annotated[Scalar, ""]  # normalised innovation squared; far below 1 for that reason
 
@@ -435,7 +425,6 @@ class PreslidingFrictionFilter:
         """The filter for a vehicle, with every tuning as measured in docs/explanation/friction.md.
 
         Args:
-            vehicle: parameters of the vehicle
             sample_time: time between two samples [s]
 
         Raises:

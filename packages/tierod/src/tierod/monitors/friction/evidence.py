@@ -21,16 +21,14 @@ from tierod.physics.steering_ratio import column_torque_of_motor
 from tierod.vehicles import Vehicle
 from tierod.vehicles.uncertain import is_guess
 
-STRETCHES = 4
-"""Number of parts into which a drive without a change is divided, each with a histogram."""
+STRETCHES = 4  # Number of parts into which a drive without a change is divided, each with a histogram
 
 BINS = 60
 
 STROKES, STROKE_SECONDS, STROKE_RATE = 12, 8.0, 25.0
 """Number of strokes in a hysteresis view, their length [s] and points per second: enough to show the loop width."""
 
-STROKES_OF = 600.0
-"""Length of the stretches whose busiest strokes are kept [s]."""
+STROKES_OF = 600.0  # Length of the stretches whose busiest strokes are kept [s]
 
 
 class EstimateOverDrive:
@@ -177,11 +175,9 @@ def _stretch(low: float, high: float) -> str:
     return f"{first} to {last} min"
 
 
-STRIDE = 5
-"""Decimation: every fifth sample is used, since assist changes more slowly than 10 Hz."""
+STRIDE = 5  # Decimation: every fifth sample is used, since assist changes more slowly than 10 Hz
 
-BLOCK = 1000
-"""Samples per partial sum, so that the sums do not depend on how the recording is cut."""
+BLOCK = 1000  # Samples per partial sum, so that the sums do not depend on how the recording is cut
 
 BOTH = ("driver_torque", "motor_torque")
 
@@ -192,11 +188,9 @@ class have 0.3, and give 1.6 times the right gain on other cars of it."""
 SPEED_BAND: Annotated[float, "m/s"] = 1.5
 """Width of the speed bands within which the assist is compared; a step of the gain falls into one band of many."""
 
-WINDOW = 2
-"""Blocks per window of 100 s of driving; every later window is compared with the first one of the drive."""
+WINDOW = 2  # Blocks per window of 100 s of driving; every later window is compared with the first one of the drive
 
-_TERMS = 10
-"""Number of terms of the regression, see `GainsOverDrive`."""
+_TERMS = 10  # Number of terms of the regression, see `GainsOverDrive`
 
 _COMPARED = (0, 1, 5, 8, _TERMS)
 """Columns of its rows that are compared by speed and by time: assist, offset, damping and the motor's torque."""
@@ -226,40 +220,37 @@ def _known(vehicle: Vehicle, name: str, widest: float) -> bool:
 
 @dataclass(frozen=True)
 class GainLimits:
-    """Limits beyond which the gain of a torque is reported as wrong.
+    """Limits beyond which the gain of a torque is reported as wrong."""
 
-    Args:
-        slowest: speed from which assist is compared [m/s]; a standing car is parked against its stops
-        deviation: largest relative residual of the assist map in the motor's torque, root mean square [-]; fault-free
-            drives leave 0.04 to 0.17: with more the map is not that of this car
-        ratio: factor by which the motor's torque over the driver's may be wrong [-]; sensors of 10 % and offsets gave
-            0.85 to 1.06 in 12 fault-free drives; worn sensors whose gains differ by 30 % gave 0.58
-        single: factor by which one torque may be wrong where the ratio of the two fits [-]; 0.71 to 1.18 in those
-            drives. Where both torques are beyond it, the map explains the recording by no gain of one torque
-        plausible: largest factor, and reciprocal of the smallest one, that is a gain of a sensor [-]; torques of
-            another unit or range; the map of another car gives any factor, down to 0.00
-        change: share of the motor's torque by which its relation to the driver's may change within a drive [-]; 15
-            fault-free drives of 8 virtual cars, some with a step of friction, change it by 0.01 to 0.07, a quadricycle
-            with little assist by 0.14; a gain that grows to 2 by 0.44 and 1.6, a zero that drifts by two standard
-            deviations of its signal by 0.8 and 2.6
-        beyond_speed, with_speed: residual of the assist map over that of relations by speed [-], and the part that
-            these explain in addition as a share of the motor's torque [-], both root mean square, from which the map's
-            dependence on speed is that of another car: an assist in steps of speed gives 1.6 to 3.9 and 0.13 to 0.24,
-            cars of the map up to 1.04 and 0.02, also with gains of 0.5 and 2 and a half speed that is 20 % off
-        unlike: smallest such change as a multiple of the residual of the first window [-]; the error of the map itself
-            changes with the road
-    """
-
+    # speed from which assist is compared [m/s]; a standing car is parked against its stops
     slowest: Annotated[float, "m/s"] = 3.0
     smallest: Annotated[float, "N*m"] = 0.3  # driver's torque above which a sample holds information on assist [N*m]
     seconds: Annotated[float, "s"] = 60.0  # driving time with such samples that is needed [s]
+    # largest relative residual of the assist map in the motor's torque, root mean square [-]; fault-free drives leave
+    # 0.04 to 0.17: with more the map is not that of this car
     deviation: Annotated[float, ""] = 0.25
+    # factor by which the motor's torque over the driver's may be wrong [-]; sensors of 10 % and offsets gave 0.85 to
+    # 1.06 in 12 fault-free drives; worn sensors whose gains differ by 30 % gave 0.58
     ratio: Annotated[float, ""] = 1.75
+    # factor by which one torque may be wrong where the ratio of the two fits [-]; 0.71 to 1.18 in those drives. Where
+    # both torques are beyond it, the map explains the recording by no gain of one torque
     single: Annotated[float, ""] = 1.6
+    # largest factor, and reciprocal of the smallest one, that is a gain of a sensor [-]; torques of another unit or
+    # range; the map of another car gives any factor, down to 0.00
     plausible: Annotated[float, ""] = 4.0
+    # share of the motor's torque by which its relation to the driver's may change within a drive [-]; 15 fault-free
+    # drives of 8 virtual cars, some with a step of friction, change it by 0.01 to 0.07, a quadricycle with little
+    # assist by 0.14; a gain that grows to 2 by 0.44 and 1.6, a zero that drifts by two standard deviations of its
+    # signal by 0.8 and 2.6
     change: Annotated[float, ""] = 0.2
+    # beyond_speed, with_speed: residual of the assist map over that of relations by speed [-], and the part that these
+    # explain in addition as a share of the motor's torque [-], both root mean square, from which the map's dependence
+    # on speed is that of another car: an assist in steps of speed gives 1.6 to 3.9 and 0.13 to 0.24, cars of the map up
+    # to 1.04 and 0.02, also with gains of 0.5 and 2 and a half speed that is 20 % off
     beyond_speed: Annotated[float, ""] = 1.3
     with_speed: Annotated[float, ""] = 0.07
+    # smallest such change as a multiple of the residual of the first window [-]; the error of the map itself changes
+    # with the road
     unlike: Annotated[float, ""] = 1.5
 
 

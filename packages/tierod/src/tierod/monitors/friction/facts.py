@@ -59,18 +59,15 @@ fault-free driving, a third of what withholds the verdict."""
 
 @dataclass(frozen=True)
 class FrictionRun:
-    """Result of a friction monitor after a recording: its verdict block, and that block's output after the last sample.
-
-    Args:
-        evidence: further named quantities of the estimator, with unit in the name
-        parameters: parameters of the vehicle file as the estimator assumes them; None where unknown
-    """
+    """Result of a friction monitor after a recording: its verdict block, and its output after the last sample."""
 
     monitor: str
     verdict: FrictionVerdict
     judged: JudgedFriction
     start_time: float = 0.0  # time of the first sample in the recording [s]
+    # further named quantities of the estimator, with unit in the name
     evidence: Mapping[str, float] = field(default_factory=dict)
+    # parameters of the vehicle file as the estimator assumes them; None where unknown
     parameters: FrictionParameters | None = None
 
     @property
@@ -272,19 +269,16 @@ def _closing_condition(figures: FrictionFigures) -> tuple[str, str]:
 
 @dataclass(frozen=True)
 class Limit:
-    """Limit at which an alarm begins.
-
-    Args:
-        absolute, absolute_from: limit of the vehicle file, and friction from which it acts with its margin
-        ratio, relative_from: limit over the baseline, and friction from which it acts; infinite without a baseline
-        spread: standard deviation of the limit of the vehicle file that its margin includes
-    """
+    """Limit at which an alarm begins."""
 
     friction: Annotated[float, "N*m"]  # estimated friction
+    # absolute, absolute_from: limit of the vehicle file, and friction from which it acts with its margin
     absolute: Annotated[float, "N*m"]
     absolute_from: Annotated[float, "N*m"]
+    # ratio, relative_from: limit over the baseline, and friction from which it acts; infinite without a baseline
     ratio: Annotated[float, ""]
     relative_from: Annotated[float, "N*m"]
+    # standard deviation of the limit of the vehicle file that its margin includes
     spread: Annotated[float, "N*m"] = 0.0
 
     @property

@@ -81,27 +81,23 @@ class FrictionGate:
 
 _LARGEST = 1e6  # above any steering signal, calibrated or not: a fault of the recording, treated as missing
 
-SAMPLE_TIME = 0.01
-"""Time between two samples [s]: 10 ms as printed by Mohtat et al., section 3.2."""
+SAMPLE_TIME = 0.01  # Time between two samples [s]: 10 ms as printed by Mohtat et al., section 3.2
 
 
 class ConditionedSteering(NamedTuple):
-    """Signals without gaps, all with the same delay.
-
-    Args:
-        steering_wheel_acceleration, yaw_acceleration, vehicle_acceleration: backward differences of the low-passed
-            rates and speed
-        driver_torque_rate, driver_torque_acceleration: first and second backward difference of the low-passed torque
-        settled: 1 where every signal has been present for the settling time, apart from bridged gaps
-    """
+    """Signals without gaps, all with the same delay."""
 
     signals: SteeringSample  # held and low-passed signals, never missing
     angle_increment: Annotated[float, "rad"]  # increment of the steering wheel angle since the previous sample
+    # steering_wheel_acceleration, yaw_acceleration, vehicle_acceleration: backward differences of the low-passed rates
+    # and speed
     steering_wheel_acceleration: Annotated[float, "rad/s**2"]
     yaw_acceleration: Annotated[float, "rad/s**2"]
     vehicle_acceleration: Annotated[float, "m/s**2"]
+    # driver_torque_rate, driver_torque_acceleration: first and second backward difference of the low-passed torque
     driver_torque_rate: Annotated[float, "N*m/s"]
     driver_torque_acceleration: Annotated[float, "N*m/s**2"]
+    # 1 where every signal has been present for the settling time, apart from bridged gaps
     settled: Annotated[float, ""]
     present: Annotated[float, ""]  # 1 where every signal is present in this sample
 
@@ -149,20 +145,17 @@ class SteeringConditioning:
     """Hold, low-pass and differentiate all signals of a friction estimator in the same way.
 
     A low-pass on one signal alone would delay it against the others; equal filters preserve the torque balance.
-
-    Args:
-        cutoff: cutoff frequency of the low-pass on every signal [Hz]. Friction is not a linear function of the angle,
-            so what the low-pass removes from the angle is lost to the friction model. On the plant of the tuning
-            (docs/explanation/friction.md) 5 Hz cost 0.3 N*m of 12.5 at a Dahl angle of 3 degrees and 12 Hz 0.1, while
-            above 15 Hz a rate noise of 0.05 rad/s cost 0.2
-        bridged_gap: longest gap bridged with the last value [s]; one lost message of a 20 ms bus with its jitter
-        settling_time: time after a longer gap in which the estimator is disabled [s]; ten time constants of the angle
-            observer
     """
 
     sample_time: Annotated[float, "s"] = SAMPLE_TIME  # time between two samples [s]
+    # cutoff frequency of the low-pass on every signal [Hz]. Friction is not a linear function of the angle, so what the
+    # low-pass removes from the angle is lost to the friction model. On the plant of the tuning
+    # (docs/explanation/friction.md) 5 Hz cost 0.3 N*m of 12.5 at a Dahl angle of 3 degrees and 12 Hz 0.1, while above
+    # 15 Hz a rate noise of 0.05 rad/s cost 0.2
     cutoff: Annotated[float, "Hz"] = 12.0
+    # longest gap bridged with the last value [s]; one lost message of a 20 ms bus with its jitter
     bridged_gap: Annotated[float, "s"] = 0.05
+    # time after a longer gap in which the estimator is disabled [s]; ten time constants of the angle observer
     settling_time: Annotated[float, "s"] = 2.0
     angle: AngleObserver = field(default_factory=AngleObserver)  # observer of the angle
     hold: InputHold = field(init=False, repr=False)

@@ -21,18 +21,14 @@ from tierod.vehicles.uncertain import torque_gain_deviation
 
 
 class VerdictSample(NamedTuple):
-    """Input of the verdict from a friction estimate; an estimator without a quantity gives its neutral value.
-
-    Args:
-        misfit: factor by which the deviation was widened because the torque balance fits badly; 1 is neutral
-        hands_on, same_direction, moving, rolling, settled: conditions of the gate, one by one; 1 is neutral
-        residual: root mean square residual of the torque balance over the last enabled time; 0 is neutral
-    """
+    """Input of the verdict from a friction estimate; an estimator without a quantity gives its neutral value."""
 
     friction_torque: Annotated[Scalar, "N*m"]  # estimated friction torque
     friction_deviation: Annotated[Scalar, "N*m"]  # its standard deviation
+    # factor by which the deviation was widened because the torque balance fits badly; 1 is neutral
     misfit: Annotated[Scalar, ""]
     enabled: Annotated[Scalar, ""]  # 1 where the sample was used
+    # hands_on, same_direction, moving, rolling, settled: conditions of the gate, one by one; 1 is neutral
     hands_on: Annotated[Scalar, ""]
     same_direction: Annotated[Scalar, ""]
     moving: Annotated[Scalar, ""]
@@ -40,6 +36,7 @@ class VerdictSample(NamedTuple):
     settled: Annotated[Scalar, ""]
     build_up: Annotated[Scalar, ""]  # share of friction that has built up, with the sign of the motion
     excitation: Annotated[Scalar, ""]  # mean magnitude of the build-up over the enabled time; 1 is neutral
+    # root mean square residual of the torque balance over the last enabled time; 0 is neutral
     residual: Annotated[Scalar, "N*m"]
     damping: Annotated[Scalar, "N*m*s/rad"]  # learnt viscous damping; 0 is neutral
     aligning_gain: Annotated[Scalar, ""]  # learnt factor on the self-aligning torque of the vehicle file; 1 is neutral
@@ -54,27 +51,19 @@ class LearntBaseline(NamedTuple):
 
 
 class Onset(NamedTuple):
-    """Last times without suspicion, and the grounds of the present alarm.
-
-    Args:
-        kind: 0 without alarm, 1 where the baseline alarms, 2 where only the absolute limits do; the reported onset is
-            that of the baseline where it alarms, since it is the sharper one
-        decisive: 0 without alarm, 1 where the baseline gives the present status, 2 where only an absolute limit does
-    """
+    """Last times without suspicion, and the grounds of the present alarm."""
 
     relative: Annotated[Scalar, "s"]  # last time at which friction was near the baseline, -1 if never
     absolute: Annotated[Scalar, "s"]  # last time at which friction was below the limit of rising friction, -1 if never
+    # 0 without alarm, 1 where the baseline alarms, 2 where only the absolute limits do; the reported onset is that of
+    # the baseline where it alarms, since it is the sharper one
     kind: Annotated[Scalar, ""]
+    # 0 without alarm, 1 where the baseline gives the present status, 2 where only an absolute limit does
     decisive: Annotated[Scalar, ""]
 
 
 class FrictionFigures(NamedTuple):
-    """Counters of a run, on which its statement rests.
-
-    Args:
-        worked_seconds: settled time with a rolling vehicle and a steering wheel turned under the driver's torque
-        unfit_seconds: enabled time without interruption for which the torque balance has not fitted
-    """
+    """Counters of a run, on which its statement rests."""
 
     seconds: Annotated[Scalar, "s"]  # number of samples times sample time
     settled_seconds: Annotated[Scalar, "s"]  # time with all signals present for the settling time
@@ -83,24 +72,23 @@ class FrictionFigures(NamedTuple):
     hands_off_seconds: Annotated[Scalar, "s"]  # settled time with a small driver's torque
     still_seconds: Annotated[Scalar, "s"]  # settled time with a steering wheel that hardly turned
     slow_seconds: Annotated[Scalar, "s"]  # settled time with a vehicle at rest or crawling
+    # settled time with a rolling vehicle and a steering wheel turned under the driver's torque
     worked_seconds: Annotated[Scalar, "s"]
     opposed_seconds: Annotated[Scalar, "s"]  # part of the worked time with driver and motor torque of opposite sign
     alarm_seconds: Annotated[Scalar, "s"]  # judged time under alarm
     worst_alarm: Annotated[Scalar, ""]  # 0 none, 1 rising, 2 fault
+    # enabled time without interruption for which the torque balance has not fitted
     unfit_seconds: Annotated[Scalar, "s"]
 
 
 class Obstacles(NamedTuple):
-    """Obstacles to a verdict, 1 where one holds; the first that holds decides the status.
+    """Obstacles to a verdict, 1 where one holds; the first that holds decides the status."""
 
-    Args:
-        no_signals: all signals were never present together for the settling time; no other obstacle is then reported
-        too_little_time: less enabled time than a verdict needs; the obstacles below are tested only after that time
-    """
-
+    # all signals were never present together for the settling time; no other obstacle is then reported
     no_signals: Annotated[Scalar, ""]
     raw_counts: Annotated[Scalar, ""]  # torques are not in N*m
     opposed: Annotated[Scalar, ""]  # driver and motor torque have opposite signs for too long
+    # less enabled time than a verdict needs; the obstacles below are tested only after that time
     too_little_time: Annotated[Scalar, ""]
     negative: Annotated[Scalar, ""]  # friction or self-aligning torque is negative
     damping: Annotated[Scalar, ""]  # damping is below that of any steering
@@ -125,13 +113,10 @@ class BalanceFit(NamedTuple):
 
 
 class JudgedFriction(NamedTuple):
-    """The verdict after a sample, with its grounds.
+    """The verdict after a sample, with its grounds."""
 
-    Args:
-        statement: verdict on the drive so far: suspect where an alarm has ended, or friction exceeds a limit for too
-            short a time; its kind is `verdict.BY_BASELINE` or `verdict.BY_LIMIT`, its evidence that for rising friction
-    """
-
+    # verdict on the drive so far: suspect where an alarm has ended, or friction exceeds a limit for too short a time;
+    # its kind is `verdict.BY_BASELINE` or `verdict.BY_LIMIT`, its evidence that for rising friction
     statement: Statement
     running: Annotated[Scalar, ""]  # status of this sample alone, which a fault memory debounces
     obstacles: Obstacles  # why the verdict is withheld

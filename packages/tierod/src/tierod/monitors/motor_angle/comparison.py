@@ -40,15 +40,10 @@ BACKWARDS = 3.0
 
 
 class SensorBesideObserver(NamedTuple):
-    """Estimate of the observer, and the sensor's reading.
+    """Estimate of the observer, and the sensor's reading."""
 
-    Args:
-        estimate: output of the observer
-        motor_angle_mechanical: reading of the sensor; NaN where the sample has none
-    """
-
-    estimate: MotorAngleObserver.Output
-    motor_angle_mechanical: Annotated[Scalar, "rad"]
+    estimate: MotorAngleObserver.Output  # output of the observer
+    motor_angle_mechanical: Annotated[Scalar, "rad"]  # reading of the sensor; NaN where the sample has none
 
 
 @dataclass(frozen=True)
@@ -113,14 +108,11 @@ class Increments:
 
 @dataclass(frozen=True)
 class Stuck:
-    """Alarm for a sensor that does not move while the observer turns.
+    """Alarm for a sensor that does not move while the observer turns."""
 
-    Args:
-        still: range within which a sensor has not moved [rad]; four times its noise and step
-        travel: turn of the observer meanwhile, mechanical [rad]; far more than its error
-    """
-
+    # range within which a sensor has not moved [rad]; four times its noise and step
     still: Annotated[float, "rad", POSITIVE] = 0.006
+    # turn of the observer meanwhile, mechanical [rad]; far more than its error
     travel: Annotated[float, "rad", POSITIVE] = 0.15
 
     Sample = SensorBesideObserver
@@ -155,29 +147,21 @@ class Stuck:
 
 @dataclass(frozen=True)
 class ResidualGate:
-    """Gate for the residual: open where the currents determine the angle well, one value per millisecond.
+    """Gate for the residual: open where the currents determine the angle well, one value per millisecond."""
 
-    Args:
-        pole_pairs: pole pairs of the motor [-]
-        nominal_flux: flux of its magnets, from the vehicle file [V s]
-        sample_time: sampling interval [s]
-        least_speed: least electrical speed [rad/s]; below it an uncertain resistance hides the back-EMF
-        most_deviation: largest standard deviation of the observer's mechanical angle [rad]
-        hold: time for which all conditions must hold [s]
-        start: time in which the observer learns resistance and flux [s]
-        widest_flux: largest logarithm of the flux over the nominal one [-]; magnets from -40 to 120 degrees stay within
-            10 % of their flux: beyond, the observer has not settled, and magnets so weak are a fault of their own
-        spacing: spacing of the values that count [s]; closer residuals are not independent
-    """
-
-    pole_pairs: Annotated[float, "", POSITIVE]
-    nominal_flux: Annotated[float, "V*s", POSITIVE]
-    sample_time: Annotated[float, "s", POSITIVE] = 1e-4
+    pole_pairs: Annotated[float, "", POSITIVE]  # pole pairs of the motor [-]
+    nominal_flux: Annotated[float, "V*s", POSITIVE]  # flux of its magnets, from the vehicle file [V s]
+    sample_time: Annotated[float, "s", POSITIVE] = 1e-4  # sampling interval [s]
+    # least electrical speed [rad/s]; below it an uncertain resistance hides the back-EMF
     least_speed: Annotated[float, "rad/s", POSITIVE] = 40.0
+    # largest standard deviation of the observer's mechanical angle [rad]
     most_deviation: Annotated[float, "rad", POSITIVE] = 0.03
-    hold: Annotated[float, "s", NOT_NEGATIVE] = 0.02
-    start: Annotated[float, "s", NOT_NEGATIVE] = 5.0
+    hold: Annotated[float, "s", NOT_NEGATIVE] = 0.02  # time for which all conditions must hold [s]
+    start: Annotated[float, "s", NOT_NEGATIVE] = 5.0  # time in which the observer learns resistance and flux [s]
+    # largest logarithm of the flux over the nominal one [-]; magnets from -40 to 120 degrees stay within 10 % of their
+    # flux: beyond, the observer has not settled, and magnets so weak are a fault of their own
     widest_flux: Annotated[float, "", POSITIVE] = 0.2
+    # spacing of the values that count [s]; closer residuals are not independent
     spacing: Annotated[float, "s", POSITIVE] = 1e-3
     holding: Debounce = field(init=False, repr=False)
 
@@ -220,20 +204,14 @@ class ResidualGate:
 
 @dataclass(frozen=True)
 class SensorComparison:
-    """Comparison of the sensor with the observer: CUSUMs of the differences of angle and speed, and two more tests.
+    """Comparison of the sensor with the observer: CUSUMs of the differences of angle and speed, and two more tests."""
 
-    Args:
-        gate: gate for the difference
-        increments: increments of both over a window
-        stuck: test for a sensor that stands still while the observer turns
-        backwards: CUSUM of windows in which the sensor turns against the observer, less those with it
-        angle, speed: CUSUMs of the differences of angle and of speed
-    """
-
-    gate: ResidualGate
-    increments: Increments
-    stuck: Stuck = field(default_factory=Stuck)
+    gate: ResidualGate  # gate for the difference
+    increments: Increments  # increments of both over a window
+    stuck: Stuck = field(default_factory=Stuck)  # test for a sensor that stands still while the observer turns
+    # CUSUM of windows in which the sensor turns against the observer, less those with it
     backwards: Cusum = field(default_factory=lambda: Cusum(0.0, BACKWARDS, BACKWARDS, "upper"))
+    # angle, speed: CUSUMs of the differences of angle and of speed
     angle: Cusum = field(default_factory=lambda: Cusum(ANGLE_DRIFT, ANGLE_THRESHOLD, 2.0 * ANGLE_THRESHOLD))
     speed: Cusum = field(default_factory=lambda: Cusum(SPEED_DRIFT, SPEED_THRESHOLD, 2.0 * SPEED_THRESHOLD))
 
@@ -314,46 +292,29 @@ LEARNT = 0.2  # initial time over which the amplitude of sine and cosine is aver
 
 
 class ElectricalAlarms(NamedTuple):
-    """1 while a check fails, 0 while it passes or its inputs are missing.
+    """1 while a check fails, 0 while it passes or its inputs are missing."""
 
-    Args:
-        supply_low: supply of the controller too low
-        angle_timeout: no reading of the angle for too long
-        angle_gradient: a step that no motor can make
-        resolver_amplitude: sine and cosine have left their initial circle
-        resolver_mismatch: the angle differs from that of its sine and cosine
-        current_sum: phase currents do not add up to zero
-        current_saturated, voltage_saturated: a signal stands still at its peak while the motor turns
-    """
-
-    supply_low: Annotated[Scalar, ""]
-    angle_timeout: Annotated[Scalar, ""]
-    angle_gradient: Annotated[Scalar, ""]
-    resolver_amplitude: Annotated[Scalar, ""]
-    resolver_mismatch: Annotated[Scalar, ""]
-    current_sum: Annotated[Scalar, ""]
+    supply_low: Annotated[Scalar, ""]  # supply of the controller too low
+    angle_timeout: Annotated[Scalar, ""]  # no reading of the angle for too long
+    angle_gradient: Annotated[Scalar, ""]  # a step that no motor can make
+    resolver_amplitude: Annotated[Scalar, ""]  # sine and cosine have left their initial circle
+    resolver_mismatch: Annotated[Scalar, ""]  # the angle differs from that of its sine and cosine
+    current_sum: Annotated[Scalar, ""]  # phase currents do not add up to zero
+    # current_saturated, voltage_saturated: a signal stands still at its peak while the motor turns
     current_saturated: Annotated[Scalar, ""]
     voltage_saturated: Annotated[Scalar, ""]
 
 
 class ElectricalFigures(NamedTuple):
-    """Statistics that the checks compare with their limits; 0 where an input is missing.
+    """Statistics that the checks compare with their limits; 0 where an input is missing."""
 
-    Args:
-        angle_age: age of the last reading of the angle
-        angle_step: step between two readings, over the largest that a motor can make
-        resolver_amplitude: amplitude over the initial one, less one
-        resolver_mismatch: electrical angle less that of sine and cosine
-        current_sum: sum of the phase currents
-        same_current, same_voltage: longest standstill of a current or a voltage at a peak, in samples, while the motor
-            turned
-    """
-
-    angle_age: Annotated[Scalar, "s"]
-    angle_step: Annotated[Scalar, ""]
-    resolver_amplitude: Annotated[Scalar, ""]
-    resolver_mismatch: Annotated[Scalar, "rad"]
-    current_sum: Annotated[Scalar, "A"]
+    angle_age: Annotated[Scalar, "s"]  # age of the last reading of the angle
+    angle_step: Annotated[Scalar, ""]  # step between two readings, over the largest that a motor can make
+    resolver_amplitude: Annotated[Scalar, ""]  # amplitude over the initial one, less one
+    resolver_mismatch: Annotated[Scalar, "rad"]  # electrical angle less that of sine and cosine
+    current_sum: Annotated[Scalar, "A"]  # sum of the phase currents
+    # same_current, same_voltage: longest standstill of a current or a voltage at a peak, in samples, while the motor
+    # turned
     same_current: Annotated[Scalar, ""]
     same_voltage: Annotated[Scalar, ""]
 
@@ -368,40 +329,31 @@ class Clipped(NamedTuple):
 
 @dataclass(frozen=True)
 class ElectricalChecks:
-    """Checks of range, gradient, timeout, amplitude, sums and saturation.
+    """Checks of range, gradient, timeout, amplitude, sums and saturation."""
 
-    Args:
-        pole_pairs: pole pairs of the motor [-]
-        sample_time: sampling interval [s]
-        least_supply: supply below which the inverter of a 12 V system may not reach its voltage [V]
-        longest_gap: longest time without a reading of the angle, ten frames of a millisecond [s]
-        greatest_speed: largest speed of the motor, twice that at which the back-EMF equals the supply [rad/s]
-        step_margin: additional step of the angle, for noise and resolution [rad]
-        amplitude_margin: share by which the amplitude may change [-]
-        greatest_mismatch: largest mismatch of the electrical angle: noise of both, and half a sample at full speed
-            [rad]
-        greatest_sum: largest sum of the phase currents, ten times the noise of one [A]
-        least_peak_current, least_peak_voltage: values below which nothing saturates [A], [V]
-        same_samples: number of equal samples that noise rules out without saturation [-]
-        least_turn: electrical turn meanwhile, over which the top of a sine falls by 3 %, more than a converter's step
-            [rad]
-        hold: time for which a check must fail [s]
-    """
-
-    pole_pairs: Annotated[float, "", POSITIVE]
-    sample_time: Annotated[float, "s", POSITIVE] = 1e-4
+    pole_pairs: Annotated[float, "", POSITIVE]  # pole pairs of the motor [-]
+    sample_time: Annotated[float, "s", POSITIVE] = 1e-4  # sampling interval [s]
+    # supply below which the inverter of a 12 V system may not reach its voltage [V]
     least_supply: Annotated[float, "V", POSITIVE] = 9.0
+    # longest time without a reading of the angle, ten frames of a millisecond [s]
     longest_gap: Annotated[float, "s", POSITIVE] = 0.01
+    # largest speed of the motor, twice that at which the back-EMF equals the supply [rad/s]
     greatest_speed: Annotated[float, "rad/s", POSITIVE] = 600.0
+    # additional step of the angle, for noise and resolution [rad]
     step_margin: Annotated[float, "rad", POSITIVE] = 0.02
-    amplitude_margin: Annotated[float, "", POSITIVE] = 0.15
+    amplitude_margin: Annotated[float, "", POSITIVE] = 0.15  # share by which the amplitude may change [-]
+    # largest mismatch of the electrical angle: noise of both, and half a sample at full speed [rad]
     greatest_mismatch: Annotated[float, "rad", POSITIVE] = 0.06
+    # largest sum of the phase currents, ten times the noise of one [A]
     greatest_sum: Annotated[float, "A", POSITIVE] = 3.0
+    # least_peak_current, least_peak_voltage: values below which nothing saturates [A], [V]
     least_peak_current: Annotated[float, "A", POSITIVE] = 2.0
     least_peak_voltage: Annotated[float, "V", POSITIVE] = 1.0
+    # number of equal samples that noise rules out without saturation [-]
     same_samples: Annotated[float, "", POSITIVE] = 20.0
+    # electrical turn meanwhile, over which the top of a sine falls by 3 %, more than a converter's step [rad]
     least_turn: Annotated[float, "rad", POSITIVE] = 0.5
-    hold: Annotated[float, "s", POSITIVE] = 0.01
+    hold: Annotated[float, "s", POSITIVE] = 0.01  # time for which a check must fail [s]
     holding: Debounce = field(init=False, repr=False)
 
     Sample = MotorAngleSample
@@ -531,20 +483,16 @@ class NotFollowing:
 
     A sensor that is stuck, or whose sine and cosine are swapped, makes the current control hold the rotor; so does a
     blocked motor. This test cannot separate them.
-
-    Args:
-        widest: largest following error of a fault-free drive, with a margin [rad]
-        hold: time for which the error must be larger [s]
-        confirmed_hold: the same time where currents and voltages confirm the sensor [s]; a load beyond the motor's
-            torque, or a target beyond its speed, is not a fault while it passes
-        sample_time: sampling interval [s]
-        least_course: least change of a target for the test [rad]; a smaller one is not the target of the control
     """
 
-    sample_time: Annotated[float, "s", POSITIVE] = 1e-4
+    sample_time: Annotated[float, "s", POSITIVE] = 1e-4  # sampling interval [s]
+    # largest following error of a fault-free drive, with a margin [rad]
     widest: Annotated[float, "rad", POSITIVE] = 1.0
-    hold: Annotated[float, "s", POSITIVE] = 0.02
+    hold: Annotated[float, "s", POSITIVE] = 0.02  # time for which the error must be larger [s]
+    # the same time where currents and voltages confirm the sensor [s]; a load beyond the motor's torque, or a target
+    # beyond its speed, is not a fault while it passes
     confirmed_hold: Annotated[float, "s", POSITIVE] = 0.5
+    # least change of a target for the test [rad]; a smaller one is not the target of the control
     least_course: Annotated[float, "rad", POSITIVE] = 0.5
     holding: Debounce = field(init=False, repr=False)
     holding_on: Debounce = field(init=False, repr=False)

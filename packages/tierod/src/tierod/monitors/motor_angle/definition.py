@@ -50,27 +50,16 @@ CONFIRMED: Annotated[float, "rad"] = 0.1
 
 
 class Alarms(NamedTuple):
-    """1 while a test of the angle alarms.
+    """1 while a test of the angle alarms."""
 
-    Args:
-        angle: CUSUM of the difference from the observer
-        speed: CUSUM of the difference of the increments
-        backwards: the sensor turns against the observer
-        stuck: the observer turns, the sensor stands still
-        model: currents and voltages are not those of one motor
-        not_following: the sensor stays away from its target
-        plausibility: pinion, motor and steering wheel disagree
-        electrical: see `ElectricalAlarms`
-    """
-
-    angle: Annotated[Scalar, ""]
-    speed: Annotated[Scalar, ""]
-    backwards: Annotated[Scalar, ""]
-    stuck: Annotated[Scalar, ""]
-    model: Annotated[Scalar, ""]
-    not_following: Annotated[Scalar, ""]
-    plausibility: Annotated[Scalar, ""]
-    electrical: ElectricalAlarms
+    angle: Annotated[Scalar, ""]  # CUSUM of the difference from the observer
+    speed: Annotated[Scalar, ""]  # CUSUM of the difference of the increments
+    backwards: Annotated[Scalar, ""]  # the sensor turns against the observer
+    stuck: Annotated[Scalar, ""]  # the observer turns, the sensor stands still
+    model: Annotated[Scalar, ""]  # currents and voltages are not those of one motor
+    not_following: Annotated[Scalar, ""]  # the sensor stays away from its target
+    plausibility: Annotated[Scalar, ""]  # pinion, motor and steering wheel disagree
+    electrical: ElectricalAlarms  # see `ElectricalAlarms`
 
     def in_order(self) -> list[Scalar]:
         """All alarms, in the order of `ALARMS`."""
@@ -79,43 +68,27 @@ class Alarms(NamedTuple):
 
 
 class Tested(NamedTuple):
-    """Test statistics that no other output contains.
+    """Test statistics that no other output contains."""
 
-    Args:
-        model_sum: CUSUM of the innovations
-        backwards_sum: windows in which the sensor turned against the observer, less those with it
-        turned_meanwhile: turn of the observer while the sensor stood still
-        following_error: target less sensor; 0 without a target
-        electrical: see `ElectricalFigures`
-    """
-
-    model_sum: Annotated[Scalar, ""]
-    backwards_sum: Annotated[Scalar, ""]
-    turned_meanwhile: Annotated[Scalar, "rad"]
-    following_error: Annotated[Scalar, "rad"]
-    electrical: ElectricalFigures
+    model_sum: Annotated[Scalar, ""]  # CUSUM of the innovations
+    backwards_sum: Annotated[Scalar, ""]  # windows in which the sensor turned against the observer, less those with it
+    turned_meanwhile: Annotated[Scalar, "rad"]  # turn of the observer while the sensor stood still
+    following_error: Annotated[Scalar, "rad"]  # target less sensor; 0 without a target
+    electrical: ElectricalFigures  # see `ElectricalFigures`
 
 
 @dataclass(frozen=True)
 class MotorAngleMonitor:
-    """Observer of the motor's angle, with every test of its sensor.
+    """Observer of the motor's angle, with every test of its sensor."""
 
-    Args:
-        observer: observer from currents and voltages
-        comparison: comparison of the sensor with the observer
-        electrical: checks of the sensor's own signals, currents and supply
-        not_following: test of the sensor against its target
-        plausibility: test of the three angles of a superposition; None for a motor on a bench
-        voltages: source of the observer's voltages
-        model: CUSUM of the innovations
-    """
-
-    observer: MotorAngleObserver
-    comparison: SensorComparison
-    electrical: ElectricalChecks
-    not_following: NotFollowing
+    observer: MotorAngleObserver  # observer from currents and voltages
+    comparison: SensorComparison  # comparison of the sensor with the observer
+    electrical: ElectricalChecks  # checks of the sensor's own signals, currents and supply
+    not_following: NotFollowing  # test of the sensor against its target
+    # test of the three angles of a superposition; None for a motor on a bench
     plausibility: AnglePlausibility | None = None
-    voltages: MotorVoltages = field(default_factory=MotorVoltages)
+    voltages: MotorVoltages = field(default_factory=MotorVoltages)  # source of the observer's voltages
+    # CUSUM of the innovations
     model: Cusum = field(
         default_factory=lambda: Cusum(MODEL_DRIFT, MODEL_THRESHOLD, 2.0 * MODEL_THRESHOLD, sides="upper")
     )

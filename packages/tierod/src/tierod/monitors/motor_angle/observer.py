@@ -74,13 +74,9 @@ class MotorAngleSample(NamedTuple):
 
 @dataclass(frozen=True)
 class MotorVoltages:
-    """Voltage in stator coordinates, from the chosen source; a supply voltage at a low rate is held.
+    """Voltage in stator coordinates, from the chosen source; a supply voltage at a low rate is held."""
 
-    Args:
-        source: "measured", "commanded", or "duty cycles"
-    """
-
-    source: Literal["measured", "commanded", "duty cycles"] = "measured"
+    source: Literal["measured", "commanded", "duty cycles"] = "measured"  # "measured", "commanded", or "duty cycles"
 
     Sample = MotorAngleSample
 
@@ -115,72 +111,63 @@ class MotorVoltages:
 
 @dataclass(frozen=True)
 class MotorAngleTuning:
-    """Assumptions of the observer on its measurements, the motor and the inverter.
+    """Assumptions of the observer on its measurements, the motor and the inverter."""
 
-    Args:
-        current_noise: standard deviation of a measured current; shunts and converters of such a drive
-        voltage_noise: standard deviation of the mean voltage over a sample, with unmodelled effects
-        sensor_noise: standard deviation of one reading of the angle sensor, used for increments only
-        speed_wander: standard deviation of the unmodelled change of speed per sample
-        load_wander: random walk of the load torque per sample; it may reverse within some 10 ms
-        surprising: NIS above which the load has stepped; noise of two currents exceeds it once in 22 000 samples,
-            with increments once in 6 000
-        stepped_speed, stepped_load: standard deviations of both after a step: a load at its limit within one sample
-        most_surprises, step_memory: number of surprises within that time up to which they are steps; more show a wrong
-            model
-        resistance_wander: random walk of its logarithm; a winding heats over seconds
-        flux_wander: random walk of the logarithm of the flux; magnets warm over minutes
-        loss_wander: random walk of the inverter's voltage loss; its semiconductors warm over seconds
-        knee_wander: random walk of the logarithm of its knee
-        standing_wander: random walk of the angle at standstill, the possible error of the sensor's increments
-        first_angle, first_speed, first_load: initial standard deviations
-        first_resistance, first_flux: initial standard deviations of their logarithms; temperatures from -40 to 120
-            degrees
-        first_loss: initial standard deviation of the inverter's voltage loss; the accuracy of its data sheet
-        first_knee: initial standard deviation of the logarithm of its knee, which no data sheet gives; 0 takes it as
-            known
-        learnt_knee: standard deviation of that logarithm below which a surprise is attributed to the load
-        least_current: current below which the resistance is not estimated, since noise alone would make it drift
-        standing_speed: speed below which the back-EMF does not determine the angle
-        standing_time: time for which the speed must be below
-        slow_speed: speed below which increments of the sensor serve as speed measurements
-        increment_time: time over which they are summed: their noise does not add up, and the motor hardly accelerates
-        lag: time constant of the speed that selects the mode
-        widest: bound of the logarithms of resistance and flux
-        widest_knee: bound of that of the knee; from a fifth to five times its value
-    """
-
+    # standard deviation of a measured current; shunts and converters of such a drive
     current_noise: Annotated[float, "A", POSITIVE] = 0.2
+    # standard deviation of the mean voltage over a sample, with unmodelled effects
     voltage_noise: Annotated[float, "V", POSITIVE] = 0.05
+    # standard deviation of one reading of the angle sensor, used for increments only
     sensor_noise: Annotated[float, "rad", POSITIVE] = 5e-4
+    # standard deviation of the unmodelled change of speed per sample
     speed_wander: Annotated[float, "rad/s", POSITIVE] = 0.1
+    # random walk of the load torque per sample; it may reverse within some 10 ms
     load_wander: Annotated[float, "N*m", POSITIVE] = 0.02
+    # NIS above which the load has stepped; noise of two currents exceeds it once in 22 000 samples, with increments
+    # once in 6 000
     surprising: Annotated[float, "", POSITIVE] = 20.0
+    # stepped_speed, stepped_load: standard deviations of both after a step: a load at its limit within one sample
     stepped_speed: Annotated[float, "rad/s", POSITIVE] = 5.0
     stepped_load: Annotated[float, "N*m", POSITIVE] = 1.0
+    # most_surprises, step_memory: number of surprises within that time up to which they are steps; more show a wrong
+    # model
     most_surprises: Annotated[float, "", POSITIVE] = 12.0
     step_memory: Annotated[float, "s", POSITIVE] = 0.05
+    # random walk of its logarithm; a winding heats over seconds
     resistance_wander: Annotated[float, "1/s**0.5", NOT_NEGATIVE] = 0.01
+    # random walk of the logarithm of the flux; magnets warm over minutes
     flux_wander: Annotated[float, "1/s**0.5", NOT_NEGATIVE] = 2e-4
+    # random walk of the inverter's voltage loss; its semiconductors warm over seconds
     loss_wander: Annotated[float, "V/s**0.5", NOT_NEGATIVE] = 0.01
-    knee_wander: Annotated[float, "1/s**0.5", NOT_NEGATIVE] = 0.0
+    knee_wander: Annotated[float, "1/s**0.5", NOT_NEGATIVE] = 0.0  # random walk of the logarithm of its knee
+    # random walk of the angle at standstill, the possible error of the sensor's increments
     standing_wander: Annotated[float, "rad/s**0.5", POSITIVE] = 0.02
+    # first_angle, first_speed, first_load: initial standard deviations
     first_angle: Annotated[float, "rad", POSITIVE] = 0.07
     first_speed: Annotated[float, "rad/s", POSITIVE] = 20.0
     first_load: Annotated[float, "N*m", POSITIVE] = 0.3
+    # first_resistance, first_flux: initial standard deviations of their logarithms; temperatures from -40 to 120
+    # degrees
     first_resistance: Annotated[float, "", POSITIVE] = 0.2
     first_flux: Annotated[float, "", POSITIVE] = 0.05
+    # initial standard deviation of the inverter's voltage loss; the accuracy of its data sheet
     first_loss: Annotated[float, "V", POSITIVE] = 0.3
+    # initial standard deviation of the logarithm of its knee, which no data sheet gives; 0 takes it as known
     first_knee: Annotated[float, "", NOT_NEGATIVE] = 0.5
+    # standard deviation of that logarithm below which a surprise is attributed to the load
     learnt_knee: Annotated[float, "", POSITIVE] = 0.1
+    # current below which the resistance is not estimated, since noise alone would make it drift
     least_current: Annotated[float, "A", POSITIVE] = 3.0
+    # speed below which the back-EMF does not determine the angle
     standing_speed: Annotated[float, "rad/s", POSITIVE] = 1.0
-    standing_time: Annotated[float, "s", POSITIVE] = 0.02
+    standing_time: Annotated[float, "s", POSITIVE] = 0.02  # time for which the speed must be below
+    # speed below which increments of the sensor serve as speed measurements
     slow_speed: Annotated[float, "rad/s", POSITIVE] = 8.0
+    # time over which they are summed: their noise does not add up, and the motor hardly accelerates
     increment_time: Annotated[float, "s", POSITIVE] = 1e-3
-    lag: Annotated[float, "s", POSITIVE] = 0.005
-    widest: Annotated[float, "", POSITIVE] = 0.7
-    widest_knee: Annotated[float, "", POSITIVE] = 1.6
+    lag: Annotated[float, "s", POSITIVE] = 0.005  # time constant of the speed that selects the mode
+    widest: Annotated[float, "", POSITIVE] = 0.7  # bound of the logarithms of resistance and flux
+    widest_knee: Annotated[float, "", POSITIVE] = 1.6  # bound of that of the knee; from a fifth to five times its value
 
     def __post_init__(self) -> None:
         check_ranges(self)
@@ -232,31 +219,19 @@ def angle_variance_place(states: int) -> int:
 
 
 class Pace(NamedTuple):
-    """Whether the motor turns fast enough for its currents to determine the angle.
+    """Whether the motor turns fast enough for its currents to determine the angle."""
 
-    Args:
-        speed: smoothed speed [rad/s]
-        standing: 1 while the back-EMF does not determine the angle
-        slow: 1 while increments of the sensor serve as speed measurements
-        against: number of samples for which the speed has contradicted `standing`
-    """
-
-    speed: Annotated[Scalar, "rad/s"]
-    standing: Annotated[Scalar, ""]
-    slow: Annotated[Scalar, ""]
-    against: Annotated[Scalar, ""]
+    speed: Annotated[Scalar, "rad/s"]  # smoothed speed [rad/s]
+    standing: Annotated[Scalar, ""]  # 1 while the back-EMF does not determine the angle
+    slow: Annotated[Scalar, ""]  # 1 while increments of the sensor serve as speed measurements
+    against: Annotated[Scalar, ""]  # number of samples for which the speed has contradicted `standing`
 
 
 class Surprise(NamedTuple):
-    """NIS, and the recent number of samples with a surprising one.
+    """NIS, and the recent number of samples with a surprising one."""
 
-    Args:
-        last: NIS of the previous sample
-        often: number of surprising samples, decaying with `MotorAngleTuning.step_memory`
-    """
-
-    last: Annotated[Scalar, ""]
-    often: Annotated[Scalar, ""]
+    last: Annotated[Scalar, ""]  # NIS of the previous sample
+    often: Annotated[Scalar, ""]  # number of surprising samples, decaying with `MotorAngleTuning.step_memory`
 
 
 _LONGEST_WAIT = 1e6  # upper bound of the sample count between readings
@@ -273,7 +248,6 @@ class MotorAngleObserver:
     Args:
         parameters: parameters of the motor, from a vehicle file. `CommandedMotorParameters` state that the samples
             contain the voltages commanded to the inverter instead of measured ones
-        tuning: noises, limits and times
 
     With commanded voltages, the voltage loss of the inverter and the knee of that loss are states too; the knee is
     learnt only above `slow_speed`, since at low speed it cannot be separated from the back-EMF.

@@ -30,20 +30,14 @@ NONE, MOTOR, WHEEL, PINION, NOT_MOTOR = 0.0, 1.0, 2.0, 3.0, 4.0
 
 
 class Opinions(NamedTuple):
-    """Evidence from the comparison of the angles in one sample.
+    """Evidence from the comparison of the angles in one sample."""
 
-    Args:
-        mismatch, alarm, suspect, detour: outputs of `AnglePlausibility`
-        residual: motor angle sensor less observer, electrical
-        counts: 1 where that residual is known
-    """
-
-    mismatch: Annotated[Scalar, "rad"]
+    mismatch: Annotated[Scalar, "rad"]  # mismatch, alarm, suspect, detour: outputs of `AnglePlausibility`
     alarm: Annotated[Scalar, ""]
     suspect: Annotated[Scalar, ""]
     detour: Annotated[Scalar, "rad"]
-    residual: Annotated[Scalar, "rad"]
-    counts: Annotated[Scalar, ""]
+    residual: Annotated[Scalar, "rad"]  # motor angle sensor less observer, electrical
+    counts: Annotated[Scalar, ""]  # 1 where that residual is known
 
 
 @dataclass(frozen=True)
@@ -54,23 +48,18 @@ class WhichAngle:
     the motor's angle is wrong. If so, one of the other two is: the one isolated by motion; or the steering wheel's,
     where the motor deviates from the variable ratio's target for the recorded angle. Otherwise the wrong one of the two
     is unknown: a control that reads the same wrong wheel angle follows it.
-
-    Args:
-        sample_time: sampling interval [s]
-        greatest: mismatch of the three from which it has begun, at the pinion [rad]; half of the alarm limit
-        agreement: largest electrical residual in agreement [rad]; ten standard deviations of a fault-free one
-        needed: excess of residuals in agreement over those not, or the reverse, for a decision [-]
-        widest_detour: largest deviation of the motor from its target, at the pinion [rad]; following error of a
-            fault-free drive
-        hold: time for which the deviation must be larger [s]
     """
 
-    sample_time: Annotated[float, "s", POSITIVE] = 1e-4
+    sample_time: Annotated[float, "s", POSITIVE] = 1e-4  # sampling interval [s]
+    # mismatch of the three from which it has begun, at the pinion [rad]; half of the alarm limit
     greatest: Annotated[float, "rad", POSITIVE] = 0.01
+    # largest electrical residual in agreement [rad]; ten standard deviations of a fault-free one
     agreement: Annotated[float, "rad", POSITIVE] = 0.1
+    # excess of residuals in agreement over those not, or the reverse, for a decision [-]
     needed: Annotated[float, "", POSITIVE] = 20.0
+    # largest deviation of the motor from its target, at the pinion [rad]; following error of a fault-free drive
     widest_detour: Annotated[float, "rad", POSITIVE] = 0.04
-    hold: Annotated[float, "s", POSITIVE] = 0.05
+    hold: Annotated[float, "s", POSITIVE] = 0.05  # time for which the deviation must be larger [s]
     holding: Debounce = field(init=False, repr=False)
 
     Sample = Opinions
@@ -110,30 +99,23 @@ class WhichAngle:
 
 @dataclass(frozen=True)
 class Superposition:
-    """The gear of an active front steering, named as in a vehicle file.
+    """The gear of an active front steering, named as in a vehicle file."""
 
-    Args:
-        superposition_motor_ratio: turns of the motor per turn of the pinion, i_M [-]
-        superposition_input_ratio: turns of the steering wheel's shaft per turn of the pinion, i_D [-]
-        torsion_bar_stiffness: stiffness of the bar between gear and pinion, twisted by the driver's torque [N m/rad]
-    """
-
-    superposition_motor_ratio: Annotated[float, ""]
+    superposition_motor_ratio: Annotated[float, ""]  # turns of the motor per turn of the pinion, i_M [-]
+    # turns of the steering wheel's shaft per turn of the pinion, i_D [-]
     superposition_input_ratio: Annotated[float, ""]
+    # stiffness of the bar between gear and pinion, twisted by the driver's torque [N m/rad]
     torsion_bar_stiffness: Annotated[float, "N*m/rad"]
 
 
 @dataclass(frozen=True)
 class VariableGain:
-    """Turn that the superposition adds to the steering wheel's, over the speed; named as in a vehicle file.
+    """Turn that the superposition adds to the steering wheel's, over the speed; named as in a vehicle file."""
 
-    Args:
-        superposition_gain_standing, superposition_gain_fast: turn of the pinion over that without motor [-]
-        superposition_gain_speed: speed at which the gain is half way between both [m/s]
-    """
-
+    # superposition_gain_standing, superposition_gain_fast: turn of the pinion over that without motor [-]
     superposition_gain_standing: Annotated[float, ""]
     superposition_gain_fast: Annotated[float, ""]
+    # speed at which the gain is half way between both [m/s]
     superposition_gain_speed: Annotated[float, "m/s", POSITIVE]
 
 
@@ -170,7 +152,6 @@ class AnglePlausibility:
     initial mismatch of the three angles is taken as their zeros.
 
     Args:
-        gear: ratios and stiffness
         sample_time: sampling interval [s]
         greatest: largest mismatch at the pinion [rad]; resolution of the slow angles, and their different ages in turns
         hold: time for which the mismatch must be larger [s]

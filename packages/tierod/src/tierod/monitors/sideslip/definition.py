@@ -53,22 +53,17 @@ MADE = {
 
 
 class SideslipEstimate(NamedTuple):
-    """Output of every sideslip block after a sample.
+    """Output of every sideslip block after a sample."""
 
-    Args:
-        sideslip_angle, sideslip_angle_deviation: sideslip at the centre of gravity, and its standard deviation
-        self_aligning_torque, self_aligning_torque_deviation: torque of the front tyres, opposing positive steer
-        nis, readings: normalised innovation squared of the sample, and its number of readings
-        held: 1 where nothing could be estimated and the last estimate is held
-    """
-
+    # sideslip_angle, sideslip_angle_deviation: sideslip at the centre of gravity, and its standard deviation
     sideslip_angle: Annotated[float, "rad"]
     sideslip_angle_deviation: Annotated[float, "rad"]
+    # self_aligning_torque, self_aligning_torque_deviation: torque of the front tyres, opposing positive steer
     self_aligning_torque: Annotated[float, "N*m"]
     self_aligning_torque_deviation: Annotated[float, "N*m"]
-    nis: Annotated[float, ""]
+    nis: Annotated[float, ""]  # nis, readings: normalised innovation squared of the sample, and its number of readings
     readings: Annotated[float, ""]
-    held: Annotated[float, ""]
+    held: Annotated[float, ""]  # 1 where nothing could be estimated and the last estimate is held
 
 
 @dataclass(frozen=True)
@@ -77,16 +72,11 @@ class SideslipMonitor:
 
     The angle of the road wheels is the measured one, or else the steering wheel's times the ratio; their torque comes
     from the motor's torque, or else from its current. A missing signal is NaN; inputs computed from it are missing too.
-
-    Args:
-        estimator: the estimator, see the module
-        steering_ratio: angle of the road wheels over that of the steering wheel
-        actuator: actuator of a car steered by wire; None where the torque at the road wheels is unknown
     """
 
-    estimator: Block
-    steering_ratio: Annotated[float, ""]
-    actuator: Actuator | None
+    estimator: Block  # the estimator, see the module
+    steering_ratio: Annotated[float, ""]  # angle of the road wheels over that of the steering wheel
+    actuator: Actuator | None  # actuator of a car steered by wire; None where the torque at the road wheels is unknown
 
     @classmethod
     def of_vehicle(cls, estimator: Block, vehicle: Vehicle) -> Self:

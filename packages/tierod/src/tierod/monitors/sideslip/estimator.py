@@ -73,21 +73,16 @@ FIELDS = {
 
 
 class CombinedSample(NamedTuple):
-    """Input sample, NaN where the car lacks a signal.
+    """Input sample, NaN where the car lacks a signal."""
 
-    Args:
-        vehicle_speed: forward speed; without it, and below walking pace, the last estimate is held
-        road_wheel_angle: mean of both front wheels
-        yaw_rate, lateral_acceleration, longitudinal_acceleration: readings of the inertial unit
-        road_wheel_torque: torque of the actuator about the kingpins, for a car steered by wire
-    """
-
+    # forward speed; without it, and below walking pace, the last estimate is held
     vehicle_speed: Annotated[Scalar, "m/s"]
-    road_wheel_angle: Annotated[Scalar, "rad"]
+    road_wheel_angle: Annotated[Scalar, "rad"]  # mean of both front wheels
+    # yaw_rate, lateral_acceleration, longitudinal_acceleration: readings of the inertial unit
     yaw_rate: Annotated[Scalar, "rad/s"]
     lateral_acceleration: Annotated[Scalar, "m/s**2"]
     longitudinal_acceleration: Annotated[Scalar, "m/s**2"]
-    road_wheel_torque: Annotated[Scalar, "N*m"]
+    road_wheel_torque: Annotated[Scalar, "N*m"]  # torque of the actuator about the kingpins, for a car steered by wire
 
 
 class CombinedEstimate(NamedTuple):
@@ -95,19 +90,12 @@ class CombinedEstimate(NamedTuple):
     reduced the prior variance.
 
     Args:
-        sideslip_angle: sideslip angle at the centre of gravity
         lateral_speed, corrected_yaw_rate: motion of the centre of gravity, without the gyroscope's bias
         front_slip_angle, rear_slip_angle: slip angles of the axles, positive where the force is to the left
-        front_lateral_force, rear_lateral_force: forces of the axles, across the wheels
         self_aligning_torque: torque of the front axle, opposing positive steer
         front_friction_used, rear_friction_used: lateral force over the greatest that the axle can produce now
         limit_ahead: 1 where front slip exceeds the slip at the tuning's share of the greatest force by the required
             standard deviations, and the estimate is not held
-        limit_distance: that excess in standard deviations
-        front_stiffness, rear_stiffness: true over given cornering stiffness
-        friction: true over given friction coefficient
-        bank_angle: bank of the road
-        side_force, side_moment: effects of wind
         steering_friction: dry friction of the steering, true over given
         nis, readings: normalised innovation squared of the sample, and its number of readings
         held: 1 where nothing could be estimated and the last estimate is held
@@ -245,23 +233,15 @@ FARTHEST_SHOWN = 10.0
 
 
 class CombinedState(NamedTuple):
-    """State of the combined estimator: filter, last inputs, and monitoring of both.
+    """State of the combined estimator: filter, last inputs, and monitoring of both."""
 
-    Args:
-        belief: estimate of the filter with its covariance
-        vehicle_speed, road_wheel_angle: last valid values [m/s], [rad]
-        angle_gate: state of the gate on the road-wheel angle
-        lateral_acceleration: low-passed [m/s**2]
-        misfit: low-passed squared innovation over its variance, per reading
-        yaw_noise, acceleration_noise: noise scales of the yaw rate's equation and of the accelerometer
-    """
-
-    belief: Belief
-    vehicle_speed: Annotated[Scalar, "m/s"]
+    belief: Belief  # estimate of the filter with its covariance
+    vehicle_speed: Annotated[Scalar, "m/s"]  # vehicle_speed, road_wheel_angle: last valid values [m/s], [rad]
     road_wheel_angle: Annotated[Scalar, "rad"]
-    angle_gate: Tree
-    lateral_acceleration: Annotated[Scalar, "m/s**2"]
-    misfit: Annotated[Scalar, ""]
+    angle_gate: Tree  # state of the gate on the road-wheel angle
+    lateral_acceleration: Annotated[Scalar, "m/s**2"]  # low-passed [m/s**2]
+    misfit: Annotated[Scalar, ""]  # low-passed squared innovation over its variance, per reading
+    # yaw_noise, acceleration_noise: noise scales of the yaw rate's equation and of the accelerometer
     yaw_noise: ScaleState
     acceleration_noise: ScaleState
 
@@ -286,7 +266,6 @@ class CombinedSideslip:
         yaw_noise: adapts the noise of the yaw rate's equation: unmodelled forces and moments
         acceleration_noise: adapts the noise of the accelerometer: vibration, lean and bank that no state describes
         growth: variance per sample of every state while the estimate is held
-        most: variance up to which it grows
         angle_deviation: stationary standard deviation of the steering angle's offset, where it is estimated
         ratio_error, slip_error, constant_error: see `CombinedTuning`
         free_rate: variance per sample of the road wheels' rate while the actuator's torque is unknown

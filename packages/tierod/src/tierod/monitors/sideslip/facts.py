@@ -220,7 +220,6 @@ def obstacle(
     Args:
         needs_torque: whether the estimator cannot run without the torque of the steering
         torque_known: whether the vehicle file converts the motor's torque into it
-        mirrored: whether every turn mirrors the steering angle
     """
     if mirrored:
         return Status.NOT_TESTABLE, CASES["mirrored"]
@@ -244,7 +243,6 @@ def judge(drive: SideslipDrive, name: str, misfit_rule: Detector, nis: float, re
     """The verdict where the sideslip was estimated.
 
     Args:
-        misfit_rule: rule that decides whether the parameters fit
         nis: mean NIS per reading
         restarted: number of restarts of the filter, where they are too many
     """

@@ -43,11 +43,9 @@ class NoiseScale:
     never falls below one: the given noise is the minimum.
 
     Args:
-        sample_time: sampling interval
         memory: time constant of the low-pass; shorter errors count as noise
         rise, fall: times in which the logarithm rises and falls by one
         most: largest relative excess that counts in one sample
-        greatest: upper bound of the logarithm
 
     Valid for a reading with white noise; errors slower than the filter's own unknowns are left to those.
     Source: whiteness of innovations, R. K. Mehra, IEEE Trans. Automatic Control 15 (1970) 175, as a stochastic
@@ -91,23 +89,21 @@ class GripLimit:
 
     Slip alone shows no limit. Over a rolling speed near zero it says nothing of the force, and in a tight turn it is
     the small difference of two large angles. Beside a wrong steering angle, whatever its fault, it is wrong as well.
-
-    Args:
-        slowest: speed from which the slip of a tyre says something of its force; at 3 m/s it builds up within 0.1 s
-        acceleration: least lateral acceleration by speed and yaw rate; polished ice has a friction of 0.1
-        force: share of its largest force that the axle uses at the lower end of the 95 % band; with less an
-            announcement counts as false
-        agreeing: largest factor of the yaw rate's noise by which its innovations are explained; with more the steering
-            angle predicts another yaw rate than the measured one. Virtual cars that slide reach 150, also where they
-            are known by class only; an angle held at 10 Hz, or wrong by a third or by 15 degrees, makes more than 1000
-        tight: road-wheel angle from which that share must show in the lateral acceleration, on a road as in the vehicle
-            file; steering ratio and Ackermann's difference are wrong by some % of the angle, a degree and more there
     """
 
+    # speed from which the slip of a tyre says something of its force; at 3 m/s it builds up within 0.1 s
     slowest: Annotated[float, "m/s", POSITIVE] = 3.0
+    # least lateral acceleration by speed and yaw rate; polished ice has a friction of 0.1
     acceleration: Annotated[float, "m/s**2", POSITIVE] = 1.0
+    # share of its largest force that the axle uses at the lower end of the 95 % band; with less an announcement counts
+    # as false
     force: Annotated[float, "", POSITIVE] = 0.6
+    # largest factor of the yaw rate's noise by which its innovations are explained; with more the steering angle
+    # predicts another yaw rate than the measured one. Virtual cars that slide reach 150, also where they are known by
+    # class only; an angle held at 10 Hz, or wrong by a third or by 15 degrees, makes more than 1000
     agreeing: Annotated[float, "", POSITIVE] = 200.0
+    # road-wheel angle from which that share must show in the lateral acceleration, on a road as in the vehicle file;
+    # steering ratio and Ackermann's difference are wrong by some % of the angle, a degree and more there
     tight: Annotated[float, "rad", POSITIVE] = 0.35
 
     def shown(

@@ -13,8 +13,7 @@ from tierod.report.charts.over_time import Limit, strips
 from tierod.report.display import alarm_from, number, words
 
 _LOOK = ("Statistics of the stopping rules over time. Dashed: thresholds. Red: beyond one.", "With thresholds")
-_WIDEST = 10.0
-"""Largest ratio to the threshold that is drawn."""
+_WIDEST = 10.0  # Largest ratio to the threshold that is drawn
 DELAY = (
     "Detection delay over the time between false alarms, at the shift that must be detected; the delay of the "
     "estimator adds to it"

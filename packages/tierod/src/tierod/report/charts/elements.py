@@ -31,8 +31,7 @@ from tierod.report.display import INTERVAL, bracketed, instant, time_scale, word
 
 STATE, SUPPLIED, DEVIATION = "state_of_", "supplied_", "deviation_of_supplied_"
 """Prefixes of the names of the traces drawn here."""
-WASH = 0.1
-"""Opacity of the shading of fault episodes."""
+WASH = 0.1  # Opacity of the shading of fault episodes
 _POINTS = 1000
 _HEATS = (
     (0.0, Status.HEALTHY, "var(--state-good)"),

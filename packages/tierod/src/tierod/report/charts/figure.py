@@ -18,38 +18,26 @@ BLUE, GREY, GREEN, AMBER, RED = "var(--accent)", "var(--grey)", "var(--good)", "
 TEXT, GRID, PAPER, LINE = "var(--ink)", "var(--grid)", "var(--paper)", "var(--line)"
 """CSS variables of tokens.css, resolved by the script of the page."""
 
-LABEL_GROUND = "var(--label)"
-"""Background of labels that cover a curve."""
+LABEL_GROUND = "var(--label)"  # Background of labels that cover a curve
 
-Summary = tuple[str, ...]
-"""One row of the table below a chart: series, lowest, mean, highest."""
+Summary = tuple[str, ...]  # One row of the table below a chart: series, lowest, mean, highest
 
 
 @dataclass(frozen=True)
 class Figure:
-    """One chart of the page.
-
-    Args:
-        title, caption: heading, and a line on how to read the chart
-        reading: further explanation, shown on request
-        alternative: text alternative in a sentence
-        data, layout: marks and layout in the format of plotly
-        height: height in CSS pixels
-        summary: rows of the table below the chart
-        timed: whether its horizontal axis is the time of the recording, which all such charts zoom together
-    """
+    """One chart of the page."""
 
     name: str
-    title: str
+    title: str  # title, caption: heading, and a line on how to read the chart
     caption: str
-    alternative: str
-    data: list[dict[str, Any]]
+    alternative: str  # text alternative in a sentence
+    data: list[dict[str, Any]]  # data, layout: marks and layout in the format of plotly
     layout: dict[str, Any]
-    height: int
-    summary: Sequence[Summary] = ()
-    timed: bool = False
+    height: int  # height in CSS pixels
+    summary: Sequence[Summary] = ()  # rows of the table below the chart
+    timed: bool = False  # whether its horizontal axis is the time of the recording, which all such charts zoom together
     columns: tuple[str, str, str, str] = field(default=("series", "lowest", "mean", "highest"))
-    reading: str = ""
+    reading: str = ""  # further explanation, shown on request
 
 
 def layout(height: int, **more: Any) -> dict[str, Any]:

@@ -47,8 +47,7 @@ STRIPS = {
 }
 """Traces from 0 to 1 that are drawn below an estimate: name and explanation."""
 
-_OF_ELEMENTS = ("state_of_", "supplied_", "deviation_of_supplied_")
-"""Prefixes of traces that have charts of their own."""
+_OF_ELEMENTS = ("state_of_", "supplied_", "deviation_of_supplied_")  # Prefixes of traces that have charts of their own
 _INNOVATIONS = ("innovation", "normalised_innovation", "nis", "nees")
 
 

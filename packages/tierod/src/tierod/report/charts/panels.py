@@ -32,10 +32,8 @@ from tierod.report.display import number
 
 _COLOURS = (BLUE, RED, GREEN, AMBER, "var(--violet)", "var(--cyan)", GREY, "var(--pink)")
 _PANEL, _ALONE = 240, 330
-_BESIDE = 0.65
-"""Space above and below the outermost named rows [row heights]."""
-_MOST = 1600
-"""Largest number of points of a curve: lowest and highest value per pixel column of the widest chart."""
+_BESIDE = 0.65  # Space above and below the outermost named rows [row heights]
+_MOST = 1600  # Largest number of points of a curve: lowest and highest value per pixel column of the widest chart
 _DIGITS, _SMALL = 5, 10
 """Digits of a curve relative to its largest value; more on a logarithmic axis, where small values are visible."""
 

@@ -39,18 +39,13 @@ SUBJECTS = {
 
 @dataclass(frozen=True)
 class Identification:
-    """Result of an identification.
-
-    Args:
-        result: parameters and their fit, in the type of the subject
-        files: paths of the recordings; empty if they were passed as objects
-    """
+    """Result of an identification."""
 
     subject: Subject
     vehicle: Vehicle
-    result: Any
+    result: Any  # parameters and their fit, in the type of the subject
     recordings: Mapping[str, Recording]
-    files: tuple[Path, ...] = ()
+    files: tuple[Path, ...] = ()  # paths of the recordings; empty if they were passed as objects
 
     @property
     def found(self) -> tuple[Found, ...]:
@@ -130,12 +125,7 @@ class Identification:
             return write_text(place, text)
 
     def write_html(self, path: str | Path, origin: Origin | None = None) -> Path:
-        """Write the HTML page of the identification.
-
-        Args:
-            path: of the page
-            origin: time, version and command of the identification
-        """
+        """Write the HTML page of the identification."""
         car = self.vehicle
         facts = (("vehicle", car.name), ("vehicle file", str(car.path)), ("recordings", ", ".join(self.sources)))
         return write_text(path, render_analysis(self.analysis, facts, origin or Origin.now(), kind="identification"))
@@ -233,23 +223,15 @@ _NOTE = "σ and interval hold with residuals that are coloured, and for this mod
 
 
 class Subject(NamedTuple):
-    """A subject of identification.
-
-    Args:
-        summary: description of the method, for the page
-        identify: function of vehicle, recordings, names of free parameters, and progress callback
-        items: tables and charts; a terminal shows the tables that are in no fold
-        document: entries of the JSON document besides the parameters
-        takes_false_alarms: whether `identify` also takes the required hours between false alarms
-        signals: returns the signals that are read, so that others can be skipped; None for all
-    """
+    """A subject of identification."""
 
     title: str
-    summary: str
-    identify: Callable[..., Any]
-    items: Callable[[Any], Iterable[Item]]
-    document: Callable[[Any], dict[str, Any]]
-    takes_false_alarms: bool = False
+    summary: str  # description of the method, for the page
+    identify: Callable[..., Any]  # function of vehicle, recordings, names of free parameters, and progress callback
+    items: Callable[[Any], Iterable[Item]]  # tables and charts; a terminal shows the tables that are in no fold
+    document: Callable[[Any], dict[str, Any]]  # entries of the JSON document besides the parameters
+    takes_false_alarms: bool = False  # whether `identify` also takes the required hours between false alarms
+    # returns the signals that are read, so that others can be skipped; None for all
     signals: Callable[[], tuple[str, ...] | None] = lambda: None
 
 

@@ -16,11 +16,9 @@ from tierod.report.display import number
 from tierod.report.identification import Subject, correlations, found_table
 from tierod.vehicles import Vehicle
 
-_POINTS = 4000
-"""Largest number of points of a curve on the page."""
+_POINTS = 4000  # Largest number of points of a curve on the page
 _COLUMN = "Another law of friction, or a torsion bar stiffer than in the vehicle file, changes the values by more."
-_WINDOW = 4.0
-"""Length of the stretch of an experiment that is drawn, the one with the most torque variation [s]."""
+_WINDOW = 4.0  # Length of the stretch of an experiment that is drawn, the one with the most torque variation [s]
 _TITLES = {
     "steering_wheel_angle": ("angle of the wheel", "°", 180.0 / np.pi),
     "motor_angle_mechanical": ("angle of the motor", "°", 180.0 / np.pi),

@@ -17,8 +17,7 @@ from tierod.report.display import number
 from tierod.report.identification import Subject, before, found_table
 from tierod.vehicles import Vehicle
 
-_WINDOW = 5.0
-"""Length of the stretch of a recording that is drawn, the one with the most torque variation [s]."""
+_WINDOW = 5.0  # Length of the stretch of a recording that is drawn, the one with the most torque variation [s]
 
 _BEYOND = (
     "Iron losses, saturation, and a load that depends on the direction or the speed of turning change them by more."
