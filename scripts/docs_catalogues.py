@@ -95,12 +95,13 @@ def parameters() -> str:
     rows = []
     for each in QUANTITIES.values():
         measure = unit(each.unit) + (" or count" if each.torque else "")
-        rows.append((f"`{each.name}`", measure, each.meaning, f"{each.plausible[0]:g} to {each.plausible[1]:g}"))
+        rows.append((f"`{each.name}`", measure, each.meaning))
     return page(
         "Parameters of a vehicle",
-        "The names that a [vehicle file](vehicle-file.md) may hold. A value outside the plausible range is an error. "
+        "The names that a [vehicle file](vehicle-file.md) may hold. A value that no car has is an error, which states "
+        "the plausible range. "
         "[Each monitor's page](monitors/index.md) lists the parameters that it needs and can use.",
-        table(("parameter", "unit", "meaning", "plausible"), rows),
+        table(("parameter", "unit", "meaning"), rows),
     )
 
 
