@@ -20,12 +20,8 @@ def simulate_fleet(
     """Write a virtual fleet, and return an exit code: all drives written (0), some failed (2).
 
     Args:
-        path: path of the fleet's file
-        folder: folder for the results
         seed, seconds: seed and duration of a drive [s]; None for those of the file
-        estimates: whether drives are drawn at estimate level
         workers: number of processes; None for one per core
-        as_json: whether to print one JSON document
 
     Raises:
         ParameterError: the file has an error

@@ -28,15 +28,10 @@ from tierod_lab.ground.sensors import SensorSet
 
 @dataclass(frozen=True)
 class FrictionCourse:
-    """Level of dry friction over time: linear between corners, constant before the first and after the last.
+    """Level of dry friction over time: linear between corners, constant before the first and after the last."""
 
-    Args:
-        times: instants of the corners [s], not decreasing; two equal ones form a step
-        levels: friction torque at the column at each corner [N*m], not negative
-    """
-
-    times: tuple[float, ...]
-    levels: tuple[float, ...]
+    times: tuple[float, ...]  # instants of the corners [s], not decreasing; two equal ones form a step
+    levels: tuple[float, ...]  # friction torque at the column at each corner [N*m], not negative
 
     def __post_init__(self) -> None:
         if not self.times or len(self.times) != len(self.levels):
@@ -70,8 +65,7 @@ class FrictionCourse:
         return LevelCourse(tuple(times.tolist()), self.levels)
 
 
-LEVEL = "steering.friction.level"
-"""Path of the car's parameter that a friction fault changes."""
+LEVEL = "steering.friction.level"  # Path of the car's parameter that a friction fault changes
 
 CHANNELS = (
     "steering_wheel_angle",

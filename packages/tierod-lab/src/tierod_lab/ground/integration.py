@@ -109,8 +109,7 @@ def rosenbrock(
     return _ahead(state, rebuild(state, mean), step)
 
 
-GAMMA = 1.0 - 0.5**0.5
-"""Coefficient of ROS2, which makes the method L-stable: modes too fast for the step are damped."""
+GAMMA = 1.0 - 0.5**0.5  # Coefficient of ROS2, which makes the method L-stable: modes too fast for the step are damped
 
 
 def _product(matrix: list[list[Scalar]], vector: list[Scalar]) -> list[Scalar]:

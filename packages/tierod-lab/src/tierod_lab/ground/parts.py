@@ -18,15 +18,12 @@ from tierod.core.block import Block, Scalar, Tree, named_tuple
 from tierod.core.fields import NOT_NEGATIVE, SHARE, Range
 from tierod.core.graph.maths import where
 
-Motion: TypeAlias = Tree
-"""State of a part's differential equations, a tree of numbers."""
+Motion: TypeAlias = Tree  # State of a part's differential equations, a tree of numbers
 
-Memory: TypeAlias = Tree
-"""State that a part updates once per step, a tree of numbers and Rings."""
+Memory: TypeAlias = Tree  # State that a part updates once per step, a tree of numbers and Rings
 
 
-STEEPEST = Range(-0.5, 0.5)
-"""Range of the bank and grade angle of a road [rad]."""
+STEEPEST = Range(-0.5, 0.5)  # Range of the bank and grade angle of a road [rad]
 
 
 class Road(NamedTuple):
@@ -37,8 +34,7 @@ class Road(NamedTuple):
     grade_angle: Annotated[float, "rad", STEEPEST]
     adhesion_left: Annotated[float, "", NOT_NEGATIVE]
     adhesion_right: Annotated[float, "", NOT_NEGATIVE]
-    support: Annotated[float, "", SHARE]
-    """Share of the weight that the road carries: 1 on the ground, 0 on a hoist."""
+    support: Annotated[float, "", SHARE]  # Share of the weight that the road carries: 1 on the ground, 0 on a hoist
 
 
 class Wind(NamedTuple):
@@ -57,8 +53,7 @@ class Demand(NamedTuple):
     """Curvature of the road at the driver's preview point, see `Driver.anticipation`."""
     steering_wheel_angle: Annotated[float, "rad"]
     """Angle added to that which the road requires: the whole of an open-loop manoeuvre, or restlessness on a road."""
-    hand_torque: Annotated[float, "N*m"]
-    """Torque added to that of the hands: tremor, or a torque step."""
+    hand_torque: Annotated[float, "N*m"]  # Torque added to that of the hands: tremor, or a torque step
     grip: Annotated[float, "", NOT_NEGATIVE]
     """Share of the arms' stiffness and damping that acts on the wheel: 0 is hands off."""
     attention: Annotated[float, "", NOT_NEGATIVE]
@@ -105,62 +100,45 @@ class Hand(NamedTuple):
 
 
 class Loads(NamedTuple):
-    """External loads of a steering at one stage of the integration.
+    """External loads of a steering at one stage of the integration."""
 
-    Args:
-        kingpin_left, kingpin_right: torque of tyre and road about each kingpin, opposing a turn to the left [N*m]
-        hand_torque: torque of the driver's hands on the steering wheel [N*m]
-        actuator_torques: shaft torque of every motor as requested by its controller [N*m], one per actuator; for a
-            motor that rotates on its own, the speed of its shaft instead [rad/s]
-        front_load: vertical load of the front axle [N]
-        speed: forward speed [m/s]
-    """
-
+    # kingpin_left, kingpin_right: torque of tyre and road about each kingpin, opposing a turn to the left [N*m]
     kingpin_left: Scalar
     kingpin_right: Scalar
-    hand_torque: Scalar
+    hand_torque: Scalar  # torque of the driver's hands on the steering wheel [N*m]
+    # shaft torque of every motor as requested by its controller [N*m], one per actuator; for a motor that rotates on
+    # its own, the speed of its shaft instead [rad/s]
     actuator_torques: tuple[Scalar, ...]
-    front_load: Scalar
-    speed: Scalar
+    front_load: Scalar  # vertical load of the front axle [N]
+    speed: Scalar  # forward speed [m/s]
 
 
 class Reaction(NamedTuple):
-    """Loads and motion of a chassis at one instant; the single-track and the two-track chassis provide all of them.
+    """Loads and motion of a chassis at one instant; the single-track and the two-track chassis provide all of them."""
 
-    Args:
-        speed, lateral_speed: velocity of the centre of gravity along and across the body [m/s]
-        yaw_rate, yaw_acceleration: motion about the vertical axis [rad/s], [rad/s**2]
-        longitudinal_acceleration, lateral_acceleration: sum of tyre and air forces over mass, along and across the
-            body, at the centre of gravity: what an accelerometer on a body without roll would read [m/s**2]
-        roll_angle, roll_rate, roll_acceleration: roll of the body, positive when the right side goes down [rad], ...
-        kingpin_left, kingpin_right: torque about each kingpin, see `Loads` [N*m]
-        front_lateral_force, rear_lateral_force: forces of the axles across the body [N]
-        front_slip_angle: tangent of the slip angle of the front axle as it acts on the tyres, positive in a left turn
-            [-]
-        loads: vertical load of every wheel [N]
-        wheel_speeds: angular speed times effective radius of every wheel [m/s]
-        self_aligning_torque: torque of the tyres alone about the kingpins (with mechanical trail), both sides [N*m]
-        scrub_torque: torque of the contact patches turning at almost no speed, both sides [N*m]
-    """
-
-    speed: Scalar
+    speed: Scalar  # speed, lateral_speed: velocity of the centre of gravity along and across the body [m/s]
     lateral_speed: Scalar
-    yaw_rate: Scalar
+    yaw_rate: Scalar  # yaw_rate, yaw_acceleration: motion about the vertical axis [rad/s], [rad/s**2]
     yaw_acceleration: Scalar
+    # longitudinal_acceleration, lateral_acceleration: sum of tyre and air forces over mass, along and across the body,
+    # at the centre of gravity: what an accelerometer on a body without roll would read [m/s**2]
     longitudinal_acceleration: Scalar
     lateral_acceleration: Scalar
+    # roll_angle, roll_rate, roll_acceleration: roll of the body, positive when the right side goes down [rad], ...
     roll_angle: Scalar
     roll_rate: Scalar
     roll_acceleration: Scalar
-    kingpin_left: Scalar
+    kingpin_left: Scalar  # kingpin_left, kingpin_right: torque about each kingpin, see `Loads` [N*m]
     kingpin_right: Scalar
-    front_lateral_force: Scalar
+    front_lateral_force: Scalar  # front_lateral_force, rear_lateral_force: forces of the axles across the body [N]
     rear_lateral_force: Scalar
+    # tangent of the slip angle of the front axle as it acts on the tyres, positive in a left turn [-]
     front_slip_angle: Scalar
-    loads: Wheels
-    wheel_speeds: Wheels
+    loads: Wheels  # vertical load of every wheel [N]
+    wheel_speeds: Wheels  # angular speed times effective radius of every wheel [m/s]
+    # torque of the tyres alone about the kingpins (with mechanical trail), both sides [N*m]
     self_aligning_torque: Scalar
-    scrub_torque: Scalar
+    scrub_torque: Scalar  # torque of the contact patches turning at almost no speed, both sides [N*m]
     private: Tree
 
 
@@ -235,24 +213,15 @@ class Steering(Protocol):
 
 
 class Seen(NamedTuple):
-    """Inputs of a driver at one instant, seen and felt.
+    """Inputs of a driver at one instant, seen and felt."""
 
-    Args:
-        speed: forward speed [m/s]
-        acceleration: acceleration along the body [m/s**2]
-        lateral_speed, yaw_rate: lateral motion of the car [m/s], [rad/s]
-        lateral_offset: offset of the car from its path, positive to the left [m]
-        heading_error: heading of the car relative to its path [rad]
-        curvature: curvature of the path at the car [1/m]
-    """
-
-    speed: Scalar
-    acceleration: Scalar
-    lateral_speed: Scalar
+    speed: Scalar  # forward speed [m/s]
+    acceleration: Scalar  # acceleration along the body [m/s**2]
+    lateral_speed: Scalar  # lateral_speed, yaw_rate: lateral motion of the car [m/s], [rad/s]
     yaw_rate: Scalar
-    lateral_offset: Scalar
-    heading_error: Scalar
-    curvature: Scalar
+    lateral_offset: Scalar  # offset of the car from its path, positive to the left [m]
+    heading_error: Scalar  # heading of the car relative to its path [rad]
+    curvature: Scalar  # curvature of the path at the car [1/m]
     hand: Hand
 
     @property
@@ -262,15 +231,10 @@ class Seen(NamedTuple):
 
 
 class Intent(NamedTuple):
-    """Decision of a driver, held until the next step.
+    """Decision of a driver, held until the next step."""
 
-    Args:
-        steering_wheel_angle: target angle [rad]
-        force: target force along the road, negative to brake [N]
-    """
-
-    steering_wheel_angle: Scalar
-    force: Scalar
+    steering_wheel_angle: Scalar  # target angle [rad]
+    force: Scalar  # target force along the road, negative to brake [N]
 
 
 class Driver(Protocol):

@@ -11,21 +11,16 @@ from tierod.core.graph.maths import absolute, limit, maximum, minimum
 from tierod.physics.lag import share_reached
 from tierod_lab.ground.parts import Reaction, Wheels
 
-CRAWL = 1.0
-"""Speed below which the power limit uses this speed instead of the true one [m/s]."""
+CRAWL = 1.0  # Speed below which the power limit uses this speed instead of the true one [m/s]
 
-LIMITER = 0.05
-"""Width of the engine speed limiter's ramp as a share of the maximum speed [-]."""
+LIMITER = 0.05  # Width of the engine speed limiter's ramp as a share of the maximum speed [-]
 
 
 @dataclass(frozen=True)
 class Powertrain:
-    """One engine, open differentials and brakes; without lag, since drivers are slower.
+    """One engine, open differentials and brakes; without lag, since drivers are slower."""
 
-    Args:
-        front_share: share of the drive force at the front axle; 1 is front-wheel, 0 rear-wheel drive
-    """
-
+    # share of the drive force at the front axle; 1 is front-wheel, 0 rear-wheel drive
     front_share: Annotated[float, "", SHARE] = 1.0
     front_brake_share: Annotated[float, "", SHARE] = 0.68
     wheel_radius: Annotated[float, "m", POSITIVE] = 0.31

@@ -14,11 +14,9 @@ from tierod.core.recording import Channel
 from tierod.core.signals import SIGNALS
 from tierod_lab.ground.sensors import Sensor
 
-TRUTH_RATE = 100.0
-"""Rate of the channels prefixed `truth_` [Hz]."""
+TRUTH_RATE = 100.0  # Rate of the channels prefixed `truth_` [Hz]
 TRUTH = "truth_"
-COMMANDS = "commands."
-"""Branch of a block's outputs that are inputs of a unit of another tool."""
+COMMANDS = "commands."  # Branch of a block's outputs that are inputs of a unit of another tool
 SAME_INSTANT = 1e-6
 """Share of a sampling interval below which two instants are equal: times are products of rounded numbers."""
 
@@ -49,8 +47,7 @@ class Recorder:
     Every channel also gets its true values, `truth_NAME`, at 100 Hz.
     """
 
-    BUFFER = 10_000
-    """Number of rows from which the channels are sampled."""
+    BUFFER = 10_000  # Number of rows from which the channels are sampled
 
     def __init__(
         self, columns: Mapping[str, list[int]], instants: Mapping[str, np.ndarray], step_time: float, seconds: float
@@ -142,8 +139,7 @@ def _own_units(kind: type) -> list[str | None]:
     return result
 
 
-_STREAM = 2
-"""Number of the sensors' random stream."""
+_STREAM = 2  # Number of the sensors' random stream
 
 
 def generator(seed: int, stream: int, part: int = 0) -> np.random.Generator:

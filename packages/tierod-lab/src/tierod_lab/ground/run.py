@@ -73,31 +73,23 @@ class Foresight:
         return distance, self._speed + self._acceleration * time
 
 
-LOOK = 0.2
-"""Interval at which the course is evaluated [s]; over it the distance is predicted to within a centimetre."""
-WAITING_LOOK = 0.05
-"""The same interval while a fault waits for its condition [s]."""
+LOOK = 0.2  # Interval at which the course is evaluated [s]; over it the distance is predicted to within a centimetre
+WAITING_LOOK = 0.05  # The same interval while a fault waits for its condition [s]
 
 LIMITS = {"truth_speed": 150.0, "yaw_rate": 30.0, "steering_wheel_rate": 1e3}
 """Limits of signals; a run has diverged where a signal exceeds them or is not finite."""
 
-_SCATTER = 3
-"""Number of the scatter's random stream."""
+_SCATTER = 3  # Number of the scatter's random stream
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Outcome of a run.
-
-    Args:
-        diverged_at: last valid time of a diverged run [s], zero if no instant was valid; None for a run that did not
-            diverge
-        windows: name, element, behaviour, start and end [s] of every effect of a fault
-    """
+    """Outcome of a run."""
 
     recording: Recording
+    # last valid time of a diverged run [s], zero if no instant was valid; None for a run that did not diverge
     diverged_at: float | None = None
-    windows: tuple[dict[str, Any], ...] = ()
+    windows: tuple[dict[str, Any], ...] = ()  # name, element, behaviour, start and end [s] of every effect of a fault
     reason: str = ""
 
 

@@ -20,16 +20,14 @@ from tierod.core.toml_document import Document, Location
 from tierod_lab.ground.parts import Plant
 from tierod_lab.ground.sensors import Sensor, SensorSet
 
-SENSORS = "sensors."
-"""Prefix of the paths of sensor parameters, such as "sensors.yaw_rate.bias"."""
+SENSORS = "sensors."  # Prefix of the paths of sensor parameters, such as "sensors.yaw_rate.bias"
 
 DAMPING = ("damping", "pinion_damping", "rack_damping", "motor.damping")
 INERTIA = (
     *("inertia", "wheel_inertia", "column_inertia", "pinion_inertia", "rack_mass", "motor.inertia"),
     *("steering_motor_1.inertia", "steering_motor_2.inertia"),
 )
-WITHIN = ("", "column.", "rack.")
-"""Prefixes of the parts of a steering that are steerings themselves."""
+WITHIN = ("", "column.", "rack.")  # Prefixes of the parts of a steering that are steerings themselves
 TRAIL = ("mechanical_trail", "contact_half_length", "kingpins.mechanical_trail", "front.tyre.trail")
 FRONT_TYRES = ("front_stiffness", "front.tyre.cornering_stiffness")
 REAR_TYRES = ("rear_stiffness", "rear.tyre.cornering_stiffness")
@@ -96,8 +94,7 @@ class UsualScatter:
 
 Drawn = TypeVar("Drawn", bound=Plant)
 
-_TRIES = 1000
-"""Maximum number of draws for a value within its range."""
+_TRIES = 1000  # Maximum number of draws for a value within its range
 
 
 @dataclass(frozen=True)
@@ -114,13 +111,10 @@ class Spread:
 
 @dataclass(frozen=True)
 class Scatter(UsualScatter):
-    """Scatter from drive to drive: the usual one, and that of any parameter of the car or its sensors.
+    """Scatter from drive to drive: the usual one, and that of any parameter of the car or its sensors."""
 
-    Args:
-        parameters: spread by dotted path of any float field of the car ("chassis.mass") or of its sensors
-            ("sensors.yaw_rate.bias"); drawn after the usual scatter, each from its own random stream
-    """
-
+    # spread by dotted path of any float field of the car ("chassis.mass") or of its sensors ("sensors.yaw_rate.bias");
+    # drawn after the usual scatter, each from its own random stream
     parameters: Mapping[str, Spread] = field(default_factory=dict)
     origin: tuple[Document, tuple[str | int, ...]] | None = field(default=None, compare=False, repr=False)
 

@@ -150,7 +150,6 @@ def correct_jointly(
 
     Args:
         cross: covariance of each output with the states, m rows of n
-        spread: covariance of the outputs, noise included, packed
         residuals: measured minus expected output, (m,); NaN where the measurement is missing
         start: that the correction is added to, (n,); zeros by default
     """

@@ -10,8 +10,7 @@ from pathlib import Path
 from tierod.core.errors import ParameterError
 from tierod.core.toml import Document, build
 
-PAPERS = ("friction", "condition", "column", "sideslip", "motor_angle")
-"""Names of the packages of the papers."""
+PAPERS = ("friction", "condition", "column", "sideslip", "motor_angle")  # Names of the packages of the papers
 
 _KINDS = {"Table": "table", "Tables": "table", "Figure": "figure", "Figures": "figure", "(": "equation"}
 """Kind of a part by the start of its name."""
@@ -21,19 +20,12 @@ _RANGE = re.compile(r"\(?(A?\d+)\)?(?: to \(?(\d+)\)?)?")
 
 @dataclass(frozen=True)
 class Entry:
-    """One row of the contents of a paper: some of its equations, tables or figures, or a section.
+    """One row of the contents of a paper: some of its equations, tables or figures, or a section."""
 
-    Args:
-        of: the part, such as "(3), (4)", "(7) to (10)", "Table 2", "Figures 5, 6" or a section in words
-        what: subject of the part
-        code: "module:name" of every object that implements it
-        verdict: whether it is right as printed, and what was corrected
-    """
-
-    of: str
-    what: str
-    code: tuple[str, ...]
-    verdict: str
+    of: str  # the part, such as "(3), (4)", "(7) to (10)", "Table 2", "Figures 5, 6" or a section in words
+    what: str  # subject of the part
+    code: tuple[str, ...]  # "module:name" of every object that implements it
+    verdict: str  # whether it is right as printed, and what was corrected
 
     @property
     def kind(self) -> str:
@@ -53,21 +45,14 @@ class Entry:
 
 @dataclass(frozen=True)
 class Contents:
-    """Contents of one paper.
+    """Contents of one paper."""
 
-    Args:
-        paper: authors and subject
-        explanation: its page below docs/explanation/papers
-        equations, tables, figures: number of each in the paper
-        rows: its parts, in the order of the paper
-    """
-
-    paper: str
-    explanation: str
-    equations: int
+    paper: str  # authors and subject
+    explanation: str  # its page below docs/explanation/papers
+    equations: int  # equations, tables, figures: number of each in the paper
     tables: int
     figures: int
-    rows: tuple[Entry, ...]
+    rows: tuple[Entry, ...]  # its parts, in the order of the paper
 
     def missing(self) -> tuple[str, ...]:
         """Numbered equations, tables and figures without a row, such as "equation 7"."""

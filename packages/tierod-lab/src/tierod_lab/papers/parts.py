@@ -15,7 +15,6 @@ def items_of(package: str, parts: Mapping[str, str], effort: Effort, progress: P
     Args:
         package: package of the study below `tierod_lab.papers`
         parts: subject of every part, by name of its module
-        effort: of every part
         progress: called with the completed share of the parts and the subject of the next part
     """
     for done, (name, title) in enumerate(parts.items()):

@@ -9,8 +9,7 @@ from typing import Any
 from tierod.core.errors import MissingExtra
 from tierod.core.recording import Recording
 
-DATA = "TIEROD_DATA"
-"""Environment variable with the folder of the real recordings; the default is ../shared/data."""
+DATA = "TIEROD_DATA"  # Environment variable with the folder of the real recordings; the default is ../shared/data
 
 NO_DATA = f"The recording is not here; name the folder that holds it with {DATA}."
 
@@ -21,12 +20,7 @@ def path_of(*parts: str) -> Path:
 
 
 def recorded(*parts: str, **how: Any) -> Recording | None:
-    """A recording with its derived signals; None where it or the library of its reader is missing.
-
-    Args:
-        parts: folders and file name
-        how: passed to the reader
-    """
+    """A recording with its derived signals; None where it or the library of its reader is missing."""
     from tierod.io.derive import complete
     from tierod.io.readers import read
 

@@ -11,26 +11,19 @@ from tierod.core.content import Table
 from tierod.core.errors import ParameterError, nearest
 from tierod_lab.campaign.code import reported_seed
 
-APART = 100_000
-"""Seeds in a block. Seeds below this number were driven while tierod was tuned and are never reported."""
+APART = 100_000  # Seeds in a block. Seeds below this number were driven while tierod was tuned and are never reported.
 
-BLOCKS = 10_000
-"""Number of blocks; a change of the monitor selects another one."""
+BLOCKS = 10_000  # Number of blocks; a change of the monitor selects another one
 
 
 @dataclass(frozen=True)
 class ReportedSeeds:
-    """Seeds of a study: the block of the judged monitor, and where every part of the study begins in it.
+    """Seeds of a study: the block of the judged monitor, and where every part of the study begins in it."""
 
-    Args:
-        judged: function that builds the judged graph blocks, with the parameters of the vehicle file as shipped
-        parts: offset of the first seed of every part in the block, by subject of the part
-        drawn_by: name of the judged monitor in the printed table
-    """
-
+    # function that builds the judged graph blocks, with the parameters of the vehicle file as shipped
     judged: Callable[[], Sequence[Block]]
-    parts: Mapping[str, int]
-    drawn_by: str
+    parts: Mapping[str, int]  # offset of the first seed of every part in the block, by subject of the part
+    drawn_by: str  # name of the judged monitor in the printed table
 
     @cached_property
     def first(self) -> int:
@@ -42,7 +35,6 @@ class ReportedSeeds:
 
         Args:
             part: one of `parts`
-            count: number of seeds
 
         Raises:
             ParameterError: there is no such part, or the seeds reach beyond the block

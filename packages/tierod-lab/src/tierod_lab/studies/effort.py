@@ -18,8 +18,7 @@ from tierod.work.fingerprint import fingerprint
 from tierod.work.pool import Failure, Given, Passing, Result, Work, Workers, cores, run
 from tierod_lab.campaign.code import work_code
 
-Progress = Callable[[float, str], None]
-"""Called with the completed share (0 to 1) and a description of the next part."""
+Progress = Callable[[float, str], None]  # Called with the completed share (0 to 1) and a description of the next part
 
 BOUNDS = Bounds(bytes=2 * 1024**3, count=65536)
 """Bounds of the kept results of studies: a full study has about 10 000, which take less than 200 MB."""
@@ -27,23 +26,17 @@ BOUNDS = Bounds(bytes=2 * 1024**3, count=65536)
 
 @dataclass(frozen=True)
 class Effort:
-    """Effort of a study, and the workers of its drives.
+    """Effort of a study, and the workers of its drives."""
 
-    Args:
-        quick: a few minutes of driving only: a check that everything works, whose figures are no evidence
-        processes: worker processes; one per core if None
-        thorough: additional hours of driving, for studies that count rare events
-        results: kept results of drives; None keeps nothing
-        scheduler: address of a Dask scheduler whose workers run the drives; None for processes of this machine
-        executor: workers that are kept from part to part of a study; None starts new ones for every batch of drives,
-            and runs a single drive, or all of them with one process, in this process
-    """
-
-    quick: bool = False
-    processes: int | None = None
-    thorough: bool = False
+    quick: bool = False  # a few minutes of driving only: a check that everything works, whose figures are no evidence
+    processes: int | None = None  # worker processes; one per core if None
+    thorough: bool = False  # additional hours of driving, for studies that count rare events
+    # kept results of drives; None keeps nothing
     results: Results | None = field(default=None, compare=False, repr=False)
+    # address of a Dask scheduler whose workers run the drives; None for processes of this machine
     scheduler: str | None = None
+    # workers that are kept from part to part of a study; None starts new ones for every batch of drives, and runs a
+    # single drive, or all of them with one process, in this process
     executor: Workers | None = field(default=None, compare=False, repr=False)
 
     @property

@@ -15,27 +15,19 @@ from tierod.core.toml import Document, Location
 from tierod_lab.studies.effort import Effort, Progress
 from tierod_lab.studies.metrics import Frame, Row, metric
 
-TARGET = "target of tierod"
-"""Source of the claims that no paper makes."""
+TARGET = "target of tierod"  # Source of the claims that no paper makes
 
 
 @dataclass(frozen=True)
 class Dataset:
-    """Drives and what methods make of them: the rows of all tasks.
+    """Drives and what methods make of them: the rows of all tasks."""
 
-    Args:
-        name: name of the dataset, and of its file
-        title: its subject, in a few words
-        rows: importable function from a task to its rows; its docstring stands in the report
-        tasks: tasks of an effort, which can be pickled
-        missing: why there is nothing where no task gives a row, such as a recording that is not there
-    """
-
-    name: str
-    title: str
+    name: str  # name of the dataset, and of its file
+    title: str  # its subject, in a few words
+    # importable function from a task to its rows; its docstring stands in the report
     rows: Callable[[Any], Sequence[Row]]
-    tasks: Callable[[Effort], Sequence[Any]]
-    missing: str = ""
+    tasks: Callable[[Effort], Sequence[Any]]  # tasks of an effort, which can be pickled
+    missing: str = ""  # why there is nothing where no task gives a row, such as a recording that is not there
 
     def frame(self, effort: Effort) -> Frame:
         """The rows of all tasks."""
@@ -45,30 +37,21 @@ class Dataset:
 
 @dataclass(frozen=True)
 class Measure:
-    """How a claim gets its figure.
+    """How a claim gets its figure."""
 
-    Args:
-        id, claim, source, goal, unit, printed, derived, note, cause, irreproducible: as in `tierod.core.claims.Claim`
-        dataset: name of the dataset
-        metric: "metric column", or "metric column / metric column"
-        where: rows that count, see `Frame.where`
-        over: changed conditions of the rows whose figure divides; empty where nothing divides
-        by: columns whose every combination of values gives a figure of its own
-        across: metric that joins those figures
-        least: rows below which there is no figure
-    """
-
+    # id, claim, source, goal, unit, printed, derived, note, cause, irreproducible: as in `tierod.core.claims.Claim`
     id: str
     claim: str
-    dataset: str
-    metric: str
+    dataset: str  # name of the dataset
+    metric: str  # "metric column", or "metric column / metric column"
     goal: str = ""
     source: str = TARGET
-    where: Mapping[str, Any] = field(default_factory=dict)
+    where: Mapping[str, Any] = field(default_factory=dict)  # rows that count, see `Frame.where`
+    # changed conditions of the rows whose figure divides; empty where nothing divides
     over: Mapping[str, Any] = field(default_factory=dict)
-    by: Sequence[str] = ()
-    across: str = "max"
-    least: int = 1
+    by: Sequence[str] = ()  # columns whose every combination of values gives a figure of its own
+    across: str = "max"  # metric that joins those figures
+    least: int = 1  # rows below which there is no figure
     unit: str = ""
     printed: float | str | None = None
     derived: float | None = None
@@ -80,7 +63,6 @@ class Measure:
         """The claim with its figure.
 
         Args:
-            frame: the dataset
             missing: why the dataset is empty, if it is
         """
         goal = Goal.read(self.goal) if self.goal else None
@@ -118,23 +100,14 @@ class Measure:
 
 @dataclass(frozen=True)
 class Overview:
-    """A table of a dataset: a row for every combination of values of some columns.
+    """A table of a dataset: a row for every combination of values of some columns."""
 
-    Args:
-        dataset: name of the dataset
-        title: meaning of the figures, with the unit
-        by: columns whose values name a row
-        columns: metric by heading
-        where: rows that count
-        note: hint for reading it
-    """
-
-    dataset: str
-    title: str
-    by: Sequence[str]
-    columns: Mapping[str, str]
-    where: Mapping[str, Any] = field(default_factory=dict)
-    note: str = ""
+    dataset: str  # name of the dataset
+    title: str  # meaning of the figures, with the unit
+    by: Sequence[str]  # columns whose values name a row
+    columns: Mapping[str, str]  # metric by heading
+    where: Mapping[str, Any] = field(default_factory=dict)  # rows that count
+    note: str = ""  # hint for reading it
 
     def of(self, frame: Frame) -> Table:
         """The table."""
@@ -149,17 +122,11 @@ class Overview:
 
 @dataclass(frozen=True)
 class Claims:
-    """The file of a study: its claims and tables.
+    """The file of a study: its claims and tables."""
 
-    Args:
-        document: as read
-        measures: its rows `[[claim]]`
-        overviews: its rows `[[table]]`
-    """
-
-    document: Document
-    measures: tuple[Measure, ...]
-    overviews: tuple[Overview, ...]
+    document: Document  # as read
+    measures: tuple[Measure, ...]  # its rows `[[claim]]`
+    overviews: tuple[Overview, ...]  # its rows `[[table]]`
 
     @classmethod
     def read(cls, path: Path) -> Claims:
@@ -230,11 +197,7 @@ def items(
     """Everything that a study shows: every dataset with its tables and claims, then the charts.
 
     Args:
-        path: file of the claims
-        datasets: the datasets, in the order shown
-        effort: of the study
         progress: called with the completed share and the subject of the next dataset
-        charts: makes the charts from the datasets
 
     Raises:
         ParameterError: a wrong file of claims, or a claim on a dataset or column that does not exist

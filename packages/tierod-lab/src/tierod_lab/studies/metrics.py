@@ -12,21 +12,15 @@ import numpy as np
 from tierod.core.claims import Goal
 from tierod.core.errors import ParameterError, nearest
 
-Row = Mapping[str, float | str | bool]
-"""One row of a dataset: value by name of the column."""
+Row = Mapping[str, float | str | bool]  # One row of a dataset: value by name of the column
 
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """A dataset: columns of equal length.
+    """A dataset: columns of equal length."""
 
-    Args:
-        name: name of the dataset
-        columns: values by name, (rows,)
-    """
-
-    name: str
-    columns: Mapping[str, np.ndarray]
+    name: str  # name of the dataset
+    columns: Mapping[str, np.ndarray]  # values by name, (rows,)
 
     @classmethod
     def of(cls, name: str, rows: Sequence[Row]) -> Frame:

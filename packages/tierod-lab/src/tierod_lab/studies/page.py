@@ -27,20 +27,15 @@ _VERDICTS = {
 
 @dataclass(frozen=True)
 class StudyPage:
-    """Content of the page of a study.
-
-    Args:
-        groups: titles of the groups of claims, in the order shown
-        remark: on the whole page, such as that it was a quick run
-    """
+    """Content of the page of a study."""
 
     name: str
     title: str
     summary: str
-    groups: Mapping[str, str]
+    groups: Mapping[str, str]  # titles of the groups of claims, in the order shown
     items: Sequence[Item]
     origin: Origin = field(default_factory=Origin)
-    remark: str = ""
+    remark: str = ""  # on the whole page, such as that it was a quick run
 
 
 def render_study(study: StudyPage) -> str:

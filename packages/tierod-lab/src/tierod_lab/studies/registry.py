@@ -13,20 +13,14 @@ from tierod_lab.studies.metrics import Frame
 
 @dataclass(frozen=True)
 class Study:
-    """A study that `tierod study` runs.
+    """A study that `tierod study` runs."""
 
-    Args:
-        name: name on the command line
-        title: subject, in a few words
-        summary: subject, in one sentence
-        items: function that runs the study and yields its claims, tables and charts one after the other
-        groups: title of every group of claims, by the first part of their keys, in the order of display
-    """
-
-    name: str
-    title: str
-    summary: str
+    name: str  # name on the command line
+    title: str  # subject, in a few words
+    summary: str  # subject, in one sentence
+    # function that runs the study and yields its claims, tables and charts one after the other
     items: Callable[[Effort, Progress], Iterator[Item | Frame]]
+    # title of every group of claims, by the first part of their keys, in the order of display
     groups: Mapping[str, str] = field(default_factory=dict)
 
 

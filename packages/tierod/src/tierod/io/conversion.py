@@ -41,9 +41,7 @@ def convert(
     """Convert recordings to another format; several are parts of one drive.
 
     Args:
-        paths: paths of the recordings
         output: path of the new file, whose ending selects the format
-        dbc: databases of a CAN log
         channel_map: map of columns to canonical signals; without one, columns keep their names and units
         canonical: whether columns with a known name become canonical signals in SI units even without a map
         progress: called with the share done, 0 to 1

@@ -152,11 +152,9 @@ def usual_monitor(vehicle: Vehicle) -> str:
     return vehicle.monitor or "friction"
 
 
-ALL = "all"
-"""Name that stands for all monitors that can run."""
+ALL = "all"  # Name that stands for all monitors that can run
 
-SLICE = 600.0
-"""Duration of a recording that is read at once while a stretch is being located [s]."""
+SLICE = 600.0  # Duration of a recording that is read at once while a stretch is being located [s]
 
 
 class NotRun(NamedTuple):
@@ -168,19 +166,12 @@ class NotRun(NamedTuple):
 
 @dataclass(frozen=True)
 class Judged:
-    """Findings of the monitors in one recording.
+    """Findings of the monitors in one recording."""
 
-    Args:
-        path: path of the recording
-        vehicle: name of the vehicle whose parameters were used
-        diagnoses: diagnoses by the name of the monitor
-        not_run: monitors that did not judge the recording
-    """
-
-    path: Path
-    vehicle: str
-    diagnoses: dict[str, Diagnosis]
-    not_run: tuple[NotRun, ...] = ()
+    path: Path  # path of the recording
+    vehicle: str  # name of the vehicle whose parameters were used
+    diagnoses: dict[str, Diagnosis]  # diagnoses by the name of the monitor
+    not_run: tuple[NotRun, ...] = ()  # monitors that did not judge the recording
 
 
 def judge(
@@ -199,8 +190,6 @@ def judge(
     """Judge a recording with several monitors, or with all that can run.
 
     Args:
-        path: path of the recording
-        car: vehicle whose parameters are used
         monitors: names of monitors; None takes all that can run and have a default variant
         dbc, channel_map: see `diagnose`
         start, stop: bounds of the stretch to be judged, in the time of the recording [s]; None is no bound
@@ -234,10 +223,7 @@ def not_judged(path: Path, car: Vehicle, monitors: Sequence[str] | None, reason:
     """Result for a recording that no monitor could judge.
 
     Args:
-        path: path of the recording
-        car: vehicle whose parameters were to be used
         monitors: names of the monitors; None stands for all
-        reason: reason, the same for all monitors
     """
     names = tuple(MONITORS) if monitors is None else tuple(monitors)
     return Judged(path, car.name, {}, tuple(NotRun(name, reason) for name in names))

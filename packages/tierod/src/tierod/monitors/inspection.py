@@ -29,14 +29,10 @@ from tierod.vehicles.reading import read_by
 
 @dataclass(frozen=True)
 class Inspection:
-    """Result of the inspection of a recording.
-
-    Args:
-        vehicle: vehicle whose parameters would be used; None where none is given or named, so that only the signals
-            were checked
-    """
+    """Result of the inspection of a recording."""
 
     recording: Recording  # the recording with all signals that can be derived
+    # vehicle whose parameters would be used; None where none is given or named, so that only the signals were checked
     vehicle: Vehicle | None
     quality: tuple[ChannelQuality, ...]  # quality of each channel
     warnings: tuple[str, ...]  # warnings of the reader, and on signs and turns that contradict each other
@@ -115,8 +111,7 @@ def _reasons(monitor: Monitor, car: Vehicle | None, whole: Recording) -> Mapping
     return {name: reason or (typically[name] if said else "") for name, reason in without.items()}
 
 
-LACKING = "cannot run as"
-"""Part of a message that refuses a vehicle, not a recording."""
+LACKING = "cannot run as"  # Part of a message that refuses a vehicle, not a recording
 
 
 def _typical_car(whole: Recording) -> Vehicle:

@@ -109,20 +109,16 @@ def _reading(variant: Variant, vehicle: Vehicle, rate: float) -> Reading:
 
 @dataclass(frozen=True)
 class Lacking:
-    """Requirements of a variant that a vehicle does not fulfil.
-
-    Args:
-        needed, optional: required and optional parameters that the vehicle file does not give
-        guessed: parameters of the file that the variant reads and whose relative standard deviation is `GUESSED` or
-            more, the least certain first
-        needed_signals, optional_signals: required and optional signals that the channel map of the vehicle does not
-            name; None if the vehicle names no map
-    """
+    """Requirements of a variant that a vehicle does not fulfil."""
 
     obstacle: str  # reason why the variant cannot run with this vehicle; "" if it can
-    needed: tuple[str, ...]
+    needed: tuple[str, ...]  # needed, optional: required and optional parameters that the vehicle file does not give
     optional: tuple[str, ...]
+    # parameters of the file that the variant reads and whose relative standard deviation is `GUESSED` or more, the
+    # least certain first
     guessed: tuple[str, ...]
+    # needed_signals, optional_signals: required and optional signals that the channel map of the vehicle does not name;
+    # None if the vehicle names no map
     needed_signals: tuple[str, ...] | None
     optional_signals: tuple[str, ...] | None
 

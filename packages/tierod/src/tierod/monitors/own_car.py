@@ -49,14 +49,11 @@ class BalanceRow(NamedTuple):
 
 @dataclass(frozen=True)
 class BalanceRows:
-    """Regressors of `PreslidingFrictionFilter` for one fixed Dahl angle.
-
-    Args:
-        tuning: gives weight lever, turn slip and drive share, from which the load of the gear is computed
-    """
+    """Regressors of `PreslidingFrictionFilter` for one fixed Dahl angle."""
 
     parameters: FrictionParameters  # parameters of the vehicle; their `sample_time` is that of the samples
     dahl_angle: Annotated[float, "rad"]  # travel over which friction builds up [rad]
+    # gives weight lever, turn slip and drive share, from which the load of the gear is computed
     tuning: PreslidingTuning = field(default_factory=PreslidingTuning)
     conditioning: SteeringConditioning = field(default_factory=SteeringConditioning)  # conditioning of the signals
     cutoff: Annotated[float, "Hz"] = 3.0  # cutoff frequency of the low-pass on both sides [Hz]
@@ -113,15 +110,12 @@ TERMS = (
 """Fields of `Regressors` on the side of road, friction and motion."""
 SHORTEST, LONGEST, STEPS = 0.006, 0.06, 10
 """Range of the Dahl angle [rad], and number of grid points of the first search."""
-STRIDE = 10
-"""Decimation of the samples: the low-pass leaves nothing faster."""
+STRIDE = 10  # Decimation of the samples: the low-pass leaves nothing faster
 MODEL_ERROR = 0.09
 """Relative model error of the balance [-]: root mean square over ten drives of 13 minutes of six virtual cars (seed
 77001); 0.03 without the van and the large car, whose gears are loaded more than the balance models."""
-LEAST = 300.0
-"""Least driving time with all signals [s]."""
-PARTS = 5
-"""Parts of the drives in the jackknife; each is left out once for the standard deviation."""
+LEAST = 300.0  # Least driving time with all signals [s]
+PARTS = 5  # Parts of the drives in the jackknife; each is left out once for the standard deviation
 
 
 class DriveRatio(NamedTuple):
@@ -250,8 +244,7 @@ CURE = (
     "sheet of the steering gear"
 )
 TORQUES = ("driver_torque", "motor_torque")
-_MOTION = 0.8
-"""Share of the progress that the identification of the motion takes [-]."""
+_MOTION = 0.8  # Share of the progress that the identification of the motion takes [-]
 
 
 def identify_own_car(
@@ -263,7 +256,6 @@ def identify_own_car(
     """Most probable parameters of a car, given its vehicle file and its drives.
 
     Args:
-        recordings: ordinary drives of one car, by name
         vehicle: prior knowledge, see `identify_vehicle`
         free: parameters of the motion to be estimated; if none is given, all that drives can identify, and the ratio of
             the motor's torque

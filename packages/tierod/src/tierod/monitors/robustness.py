@@ -17,32 +17,24 @@ from tierod.monitors.uncertainty import SMALLEST, Effects
 from tierod.vehicles.uncertain import may_move
 from tierod.vehicles.vehicle import SHIPPED, Vehicle
 
-REACH = 2.0
-"""Standard deviations from an estimate to the end of its 95 % band [-]."""
+REACH = 2.0  # Standard deviations from an estimate to the end of its 95 % band [-]
 
-MOST = 0.8
-"""Share of the squared change that the parameters named as deciding have together, at least [-]."""
+MOST = 0.8  # Share of the squared change that the parameters named as deciding have together, at least [-]
 
 FAULT = "fault"
-LIMITS = ("rising", FAULT)
-"""Names of the references beyond which an estimate raises an alarm."""
+LIMITS = ("rising", FAULT)  # Names of the references beyond which an estimate raises an alarm
 
 PLACEHOLDER, BASELINE_FILE = "FAULT_FREE_DRIVE", "my-car.json"
 """Names of a recording and of a baseline in a command that is to be adapted."""
 
 
 class Turn(NamedTuple):
-    """Another verdict for a vehicle within the spread of the parameters.
+    """Another verdict for a vehicle within the spread of the parameters."""
 
-    Args:
-        status: status for that vehicle
-        names: parameters that decide, the most important first; empty where the scatter of the estimate does
-        elements: states of sensors and actuators for that vehicle
-    """
-
-    status: Status
+    status: Status  # status for that vehicle
+    # parameters that decide, the most important first; empty where the scatter of the estimate does
     names: tuple[str, ...] = ()
-    elements: tuple[Element, ...] = ()
+    elements: tuple[Element, ...] = ()  # states of sensors and actuators for that vehicle
 
 
 class Robust(NamedTuple):
@@ -56,7 +48,6 @@ def robust(conclusion: Conclusion, found: Effects | None, vehicle: Vehicle, may_
     """Conclusion for a vehicle whose parameters are uncertain.
 
     Args:
-        conclusion: conclusion for the unperturbed vehicle
         found: what the lanes show; None if no parameter was perturbed
         vehicle: vehicle with the standard deviations of its parameters
         may_turn: whether the verdict depends on the parameters; with a baseline it does not, since the baseline has the
@@ -204,9 +195,7 @@ def hidden_fault(verdict: Verdict, added: float = 0.0, rows: Sequence[ParameterE
     The interval is that of scatter, parameters and assumptions on the sensors together.
 
     Args:
-        verdict: verdict for the unperturbed vehicle
         added: variance that the parameters add to the deviation of its estimate [unit squared]
-        rows: effects of the parameters, the largest first
     """
     estimate = verdict.estimate
     if verdict.status is not Status.HEALTHY or estimate is None or FAULT not in estimate.reference:
@@ -318,7 +307,6 @@ def baseline_command(monitor: str, vehicle: Vehicle) -> str:
 
     Args:
         monitor: name of monitor and variant, as in findings
-        vehicle: vehicle of the recording
     """
     name, _, variant = monitor.partition(", ")
     car = vehicle.name if vehicle.path.parent == SHIPPED else str(vehicle.path)

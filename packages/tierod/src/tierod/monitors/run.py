@@ -85,8 +85,6 @@ class Run:
 
     Args:
         monitor: monitor to be run, with the required signals of the variant
-        variant: variant of the monitor
-        vehicle: vehicle whose parameters are used
         free: whether the first variant runs whose signals the recording has, if the given one lacks some
         baseline: baseline of this vehicle; None lets the monitor learn one
         memory: path of the fault memory that takes the recording as one operation cycle
@@ -100,8 +98,7 @@ class Run:
     the recording that waits for that; None where none does.
     """
 
-    session: Session
-    """Session of the monitor, from the first piece on that shows its grid."""
+    session: Session  # Session of the monitor, from the first piece on that shows its grid
 
     def __init__(
         self,

@@ -72,15 +72,10 @@ def _monitor_of(variant: Variant) -> Monitor:
 
 @dataclass(frozen=True)
 class Chosen:
-    """Choice of a monitor and its variant.
+    """Choice of a monitor and its variant."""
 
-    Args:
-        monitor: name of the monitor
-        variant: name of the variant; "" takes the default, or the first variant whose signals the recording has
-    """
-
-    monitor: str
-    variant: str = ""
+    monitor: str  # name of the monitor
+    variant: str = ""  # name of the variant; "" takes the default, or the first variant whose signals the recording has
 
     @classmethod
     def parse(cls, text: str) -> Chosen:
@@ -107,16 +102,11 @@ def read_by_any() -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Concluded:
-    """Conclusion of a monitor on the part of a recording that it has received.
+    """Conclusion of a monitor on the part of a recording that it has received."""
 
-    Args:
-        diagnosis: result as of `diagnose`
-        variant: name of the variant
-        estimates: names of the traces that the monitor computes, in contrast to the signals that it reads
-    """
-
-    diagnosis: Diagnosis
-    variant: str
+    diagnosis: Diagnosis  # result as of `diagnose`
+    variant: str  # name of the variant
+    # names of the traces that the monitor computes, in contrast to the signals that it reads
     estimates: tuple[str, ...]
 
 
@@ -124,7 +114,6 @@ class Runner:
     """Monitors that receive the same pieces; a monitor that cannot run does not affect the others.
 
     Args:
-        car: vehicle whose parameters are used
         chosen: monitors and their variants; None takes every monitor, in the first variant that can run. One without a
             default variant then only determines whether it could run
         spread: whether the spread of the parameters is carried into bands and verdict

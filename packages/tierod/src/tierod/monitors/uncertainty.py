@@ -31,8 +31,7 @@ from tierod.vehicles.vehicle import Vehicle
 REFUSALS = (TierodError, ArithmeticError, np.linalg.LinAlgError)
 """Exceptions by which a monitor refuses to run with a vehicle."""
 
-REFERENCE = ""
-"""Name of the lane for the unperturbed vehicle."""
+REFERENCE = ""  # Name of the lane for the unperturbed vehicle
 
 AFTER, BEFORE = "_standard_deviation", "deviation_of_"
 """A trace is a result with a band where another one has its name with one of these around it."""
@@ -50,19 +49,13 @@ _STEPS: WeakKeyDictionary[Interface, int] = WeakKeyDictionary()
 
 
 class Main(NamedTuple):
-    """Result on which the effect of every parameter is measured.
+    """Result on which the effect of every parameter is measured."""
 
-    Args:
-        value: name of its trace
-        deviation: name of the trace with its standard deviation; "" for a statistic that is compared with a threshold
-        level: magnitude of that threshold; 0 for a result with a standard deviation
-        unit: unit of an effect; "" for one in multiples of the threshold
-    """
-
-    value: str
+    value: str  # name of its trace
+    # name of the trace with its standard deviation; "" for a statistic that is compared with a threshold
     deviation: str
-    level: float
-    unit: str
+    level: float  # magnitude of that threshold; 0 for a result with a standard deviation
+    unit: str  # unit of an effect; "" for one in multiples of the threshold
 
     @classmethod
     def of(cls, session: Session, decisions: Iterable[Decision]) -> Main | None:
@@ -85,22 +78,17 @@ class Main(NamedTuple):
 
 
 class Effects(NamedTuple):
-    """What the lanes show over a recording.
+    """What the lanes show over a recording."""
 
-    Args:
-        lanes: conclusion for each perturbed vehicle whose main result changes, by name of the parameter
-        reference: conclusion for the unperturbed vehicle on the grid of the lanes; None where it is that of the monitor
-        sizes: root mean square of the change of the main result, by name of the parameter [unit]
-        own: root mean square of the result's own standard deviation; 1 for a result in multiples of a threshold [unit]
-        unit: unit of the main result; None without one
-        within: share of the samples with a recorded true value that the wider band contains; None without true values
-    """
-
+    # conclusion for each perturbed vehicle whose main result changes, by name of the parameter
     lanes: Mapping[str, Conclusion]
+    # conclusion for the unperturbed vehicle on the grid of the lanes; None where it is that of the monitor
     reference: Conclusion | None
-    sizes: Mapping[str, float]
+    sizes: Mapping[str, float]  # root mean square of the change of the main result, by name of the parameter [unit]
+    # root mean square of the result's own standard deviation; 1 for a result in multiples of a threshold [unit]
     own: float
-    unit: str | None
+    unit: str | None  # unit of the main result; None without one
+    # share of the samples with a recorded true value that the wider band contains; None without true values
     within: float | None
 
 
@@ -112,8 +100,6 @@ class Uncertain:
     its own band (`tierod.vehicles.uncertain.held_deviation`).
 
     Args:
-        monitor: monitor on the grid of the recording
-        variant: variant of the monitor
         vehicle: vehicle of the file; parameters without a standard deviation get that of their class
         baseline: baseline from earlier recordings; None without one
 
@@ -144,11 +130,7 @@ class Uncertain:
 
 
 class Lanes:
-    """Sessions for the perturbed vehicles, beside the session for the unperturbed one.
-
-    Args:
-        uncertain: monitor, vehicle and uncertain parameters
-    """
+    """Sessions for the perturbed vehicles, beside the session for the unperturbed one."""
 
     def __init__(self, uncertain: Uncertain):
         self._session, self._vehicle = uncertain.session, uncertain.vehicle

@@ -38,19 +38,12 @@ INSIDE = 0.2
 
 
 class Path(NamedTuple):
-    """Motion along a path; the offset is positive to its left, the heading is over ground.
+    """Motion along a path; the offset is positive to its left, the heading is over ground."""
 
-    Args:
-        distance: distance of the nearest point of the path, along the path [m]
-        lateral_offset: offset of the car from this point [m]
-        heading_error: heading of the car relative to the path [rad]
-        heading: heading of the car over ground [rad]
-    """
-
-    distance: Scalar
-    lateral_offset: Scalar
-    heading_error: Scalar
-    heading: Scalar
+    distance: Scalar  # distance of the nearest point of the path, along the path [m]
+    lateral_offset: Scalar  # offset of the car from this point [m]
+    heading_error: Scalar  # heading of the car relative to the path [rad]
+    heading: Scalar  # heading of the car over ground [rad]
 
 
 START = Path(0.0, 0.0, 0.0, 0.0)
@@ -90,8 +83,7 @@ def moved(position: tuple[Scalar, Scalar], reaction: Reaction, heading: Scalar, 
     )
 
 
-ROLLING = 0.5
-"""Speed below which the sideslip angle is set to zero [m/s]."""
+ROLLING = 0.5  # Speed below which the sideslip angle is set to zero [m/s]
 
 
 class Body(NamedTuple):

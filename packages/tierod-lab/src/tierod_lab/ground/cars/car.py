@@ -45,11 +45,9 @@ from tierod_lab.ground.parts import (
 )
 from tierod_lab.ground.powertrain import Powertrain
 
-Torques: TypeAlias = tuple[Scalar, ...]
-"""Torque of every actuator [N*m], in the order of `Steering.actuators`."""
+Torques: TypeAlias = tuple[Scalar, ...]  # Torque of every actuator [N*m], in the order of `Steering.actuators`
 
-Read: TypeAlias = Callable[[str, Scalar], Scalar]
-"""Function that passes a signal through the port of its name."""
+Read: TypeAlias = Callable[[str, Scalar], Scalar]  # Function that passes a signal through the port of its name
 
 Controlled: TypeAlias = tuple[Memory, Torques, Tree]
 """Result of the control units: memory, requested torques, and signals as a NamedTuple of canonical names."""
@@ -116,12 +114,7 @@ class Output(NamedTuple):
 
 @dataclass(frozen=True)
 class Car:
-    """Base class of the virtual cars; a car adds its control units by `ports`, `reset` and `control`.
-
-    Args:
-        step_time: step of integration and control units; tyres and brakes are integrated explicitly and allow at most 2
-            ms
-    """
+    """Base class of the virtual cars; a car adds its control units by `ports`, `reset` and `control`."""
 
     chassis: Chassis = field(default_factory=TwoTrack)
     steering: Steering = None  # type: ignore[assignment]  # every car gives its own
@@ -129,6 +122,7 @@ class Car:
     powertrain: Powertrain = field(default_factory=Powertrain)
     inertial_unit: InertialUnit = field(default_factory=InertialUnit)
     start: Start = field(default_factory=Start)
+    # step of integration and control units; tyres and brakes are integrated explicitly and allow at most 2 ms
     step_time: Annotated[float, "s", Range(1e-5, 2e-3)] = 1e-3
 
     @property

@@ -28,8 +28,7 @@ from tierod_lab.ground.steering.rack_eps import RackEps
 
 _CARS: tuple[type, ...] = (EpsCar, PmEpsCar, SteerByWireCar, ActiveFrontCar, DemonstratorCar, ColumnBench, MotorBench)
 
-KINDS: dict[str, type] = {kind_name(each): each for each in _CARS}
-"""Classes of the cars by name."""
+KINDS: dict[str, type] = {kind_name(each): each for each in _CARS}  # Classes of the cars by name
 
 _FAMILIES: tuple[tuple[type, ...], ...] = (
     (SingleTrack, TwoTrack),
@@ -38,8 +37,7 @@ _FAMILIES: tuple[tuple[type, ...], ...] = (
 )
 """Parts whose fields are declared as protocols; each can replace any other of its family."""
 
-NONE = "none"
-"""Name for a part that is left out."""
+NONE = "none"  # Name for a part that is left out
 
 
 def car_of(kind: str, document: Document) -> Plant:
@@ -138,8 +136,7 @@ def _in_size_of(own: Tyre, other: Tyre) -> Tyre:
     return dataclasses.replace(other, radius=own.radius, nominal_load=own.nominal_load)
 
 
-SHIPPED = Path(__file__).parent
-"""Folder of the virtual cars that tierod ships."""
+SHIPPED = Path(__file__).parent  # Folder of the virtual cars that tierod ships
 
 
 class Sourced(NamedTuple):
@@ -151,13 +148,7 @@ class Sourced(NamedTuple):
 
 @dataclass(frozen=True)
 class CarFile:
-    """Content of a virtual car's file.
-
-    Args:
-        vehicle: vehicle file with which monitors judge the car; the one of the same name, if it exists, where empty
-        tyres: kind of the tyres; those of the kind of car where empty
-        parameters: nested tables; each entry is a value, or a table of `value` and `source`
-    """
+    """Content of a virtual car's file."""
 
     name: str
     description: str
@@ -165,21 +156,19 @@ class CarFile:
     kind: str
     good_for: tuple[str, ...]
     not_good_for: tuple[str, ...]
+    # vehicle file with which monitors judge the car; the one of the same name, if it exists, where empty
     vehicle: str = ""
-    tyres: str = ""
+    tyres: str = ""  # kind of the tyres; those of the kind of car where empty
     parts: Mapping[str, Any] = field(default_factory=dict)
+    # nested tables; each entry is a value, or a table of `value` and `source`
     parameters: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Choice:
-    """Changes of a car compared with its file.
+    """Changes of a car compared with its file."""
 
-    Args:
-        tyres: kind of the tyres; those of the car where empty
-    """
-
-    tyres: str = ""
+    tyres: str = ""  # kind of the tyres; those of the car where empty
     parts: Mapping[str, Any] = field(default_factory=dict)
     parameters: Mapping[str, Any] = field(default_factory=dict)
 

@@ -86,9 +86,6 @@ class ColumnBench:
     The defaults have the eigenvalues of the paper's table 3, which determines five parameters; inertia of the wheel,
     stiffness of the torsion bar and ratio are typical values. The fastest mode has 112 Hz and no damping, so a step is
     divided into several steps of the Runge-Kutta method of fourth order. Source: Raffone, eqs (1) to (4), corrected.
-
-    Args:
-        ripple: None for a smooth motor
     """
 
     wheel_inertia: Annotated[float, "kg*m**2", POSITIVE] = 0.035
@@ -100,7 +97,7 @@ class ColumnBench:
     motor_inertia: Annotated[float, "kg*m**2", POSITIVE] = 1.448563969e-4
     motor_damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 1.483924848e-3
     friction: DryFriction = field(default_factory=lambda: DryFriction(level=0.1, law=Dahl(0.05)))
-    ripple: Ripple | None = None
+    ripple: Ripple | None = None  # None for a smooth motor
     arms: Arms = field(default_factory=Arms)
     locking_time: Annotated[float, "s", POSITIVE] = 1e-3
     parts: Annotated[int, "", COUNT] = 5

@@ -86,14 +86,10 @@ def steering_for_drive() -> ColumnEps:
 
 @dataclass(frozen=True)
 class PmEpsCar(EpsCar):
-    """An `EpsCar` whose assist motor has a simulated drive; the rotor is part of the steering.
-
-    Args:
-        motor: motor with inverter, current control and heating; rotor inertia and friction are those of the steering's
-            motor
-    """
+    """An `EpsCar` whose assist motor has a simulated drive; the rotor is part of the steering."""
 
     steering: Steering = field(default_factory=steering_for_drive)
+    # motor with inverter, current control and heating; rotor inertia and friction are those of the steering's motor
     motor: PmMotor = field(default_factory=lambda: EPS_MOTOR)
 
     @property

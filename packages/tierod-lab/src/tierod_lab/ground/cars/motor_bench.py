@@ -18,14 +18,10 @@ PORTS = ports_type((*IN_LOOP, "motor_torque"))
 
 
 class Acting(NamedTuple):
-    """External inputs of the bench.
-
-    Args:
-        control: share of the angle control's torque in the drive's request; 0 disables the control
-    """
+    """External inputs of the bench."""
 
     target_motor_angle: Annotated[float, "rad"]
-    control: Annotated[float, ""]
+    control: Annotated[float, ""]  # share of the angle control's torque in the drive's request; 0 disables the control
     motor_torque: Annotated[float, "N*m"]
     load_torque: Annotated[float, "N*m"]
     locked: Annotated[float, ""]

@@ -7,8 +7,7 @@ from typing import NamedTuple
 from tierod.core.block import Scalar
 from tierod.core.graph.maths import limit, sqrt
 
-AIR_DENSITY = 1.2
-"""Density of dry air at 20 degC and 1013 hPa [kg/m**3]."""
+AIR_DENSITY = 1.2  # Density of dry air at 20 degC and 1013 hPa [kg/m**3]
 
 
 class AirForces(NamedTuple):

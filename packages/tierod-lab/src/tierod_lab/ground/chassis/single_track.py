@@ -62,9 +62,6 @@ class SingleTrack(OnTwoAxles):
     The wheel loads are constant. The longitudinal tyre force follows the torques with a lag and does not reduce the
     lateral one. Equations: Mohtat et al., eq (3), with brush tyres, relaxation and variable speed. Unless stated
     otherwise a value is typical of a mid-size car; Mohtat et al. print none.
-
-    Args:
-        contact_half_length: half the contact length; a third of it is the pneumatic trail
     """
 
     mass: Annotated[float, "kg", POSITIVE] = 1600.0
@@ -80,6 +77,7 @@ class SingleTrack(OnTwoAxles):
     damping_time: Annotated[float, "s", NOT_NEGATIVE] = 0.003
     greatest_slip: Annotated[float, "", POSITIVE] = 0.4
     mechanical_trail: Annotated[float, "m"] = 0.025
+    # half the contact length; a third of it is the pneumatic trail
     contact_half_length: Annotated[float, "m", POSITIVE] = 0.075
     tyre_pressure: Annotated[float, "Pa", POSITIVE] = 2.2e5
     twist_angle: Annotated[float, "rad", POSITIVE] = math.radians(2.0)

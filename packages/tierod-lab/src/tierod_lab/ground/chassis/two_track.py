@@ -21,27 +21,21 @@ STOPPING_TIME = 0.004
 
 
 class TwoTrackMotion(NamedTuple):
-    """State of motion of the two-track chassis.
-
-    Args:
-        roll_angle, roll_rate: positive when the right side goes down [rad], [rad/s]
-        spins: angular speed of every wheel [rad/s]
-        longitudinal, lateral: deflection of every tyre, forward and to the left under a positive force [m]
-        left_twist, right_twist: twist of the front contact patches [rad]
-        tyre_force, front_force, rear_force: force along the body and forces of the axles across it behind the lag of
-            the suspension, which determine load transfer and compliance steer [N]
-    """
+    """State of motion of the two-track chassis."""
 
     speed: Scalar
     lateral_speed: Scalar
     yaw_rate: Scalar
-    roll_angle: Scalar
+    roll_angle: Scalar  # roll_angle, roll_rate: positive when the right side goes down [rad], [rad/s]
     roll_rate: Scalar
-    spins: Wheels
+    spins: Wheels  # angular speed of every wheel [rad/s]
+    # longitudinal, lateral: deflection of every tyre, forward and to the left under a positive force [m]
     longitudinal: Wheels
     lateral: Wheels
-    left_twist: Scalar
+    left_twist: Scalar  # left_twist, right_twist: twist of the front contact patches [rad]
     right_twist: Scalar
+    # tyre_force, front_force, rear_force: force along the body and forces of the axles across it behind the lag of the
+    # suspension, which determine load transfer and compliance steer [N]
     tyre_force: Scalar
     front_force: Scalar
     rear_force: Scalar

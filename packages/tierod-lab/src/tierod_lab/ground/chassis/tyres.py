@@ -20,10 +20,6 @@ class Tyre:
     The defaults are assumed for a 205/55 R16 summer tyre: stiffness and friction in the range of published sets
     (for example pKy1 21.9, pKx1 22.3, pDy1 1.05, C 1.35 of the ADAMS handbook tyre that CommonRoad prints), relaxation
     length and pneumatic trail in the range of Pacejka, 3rd ed., ch. 4 and 5.
-
-    Args:
-        twist_length: rolled distance over which it fades; less than half the contact length, since while rolling only
-            the width of the brush patch resists turning
     """
 
     radius: Annotated[float, "m", POSITIVE] = 0.31
@@ -44,6 +40,8 @@ class Tyre:
     greatest_slip: Annotated[float, "", POSITIVE] = 0.30
     pressure: Annotated[float, "Pa", POSITIVE] = 2.2e5
     twist_angle: Annotated[float, "rad", POSITIVE] = math.radians(2.0)
+    # rolled distance over which it fades; less than half the contact length, since while rolling only the width of the
+    # brush patch resists turning
     twist_length: Annotated[float, "m", POSITIVE] = 0.05
     rolling_coefficient: Annotated[float, "", NOT_NEGATIVE] = 0.010
 
@@ -107,14 +105,12 @@ TYRES = {"summer": SUMMER, "winter": WINTER, "worn": WORN, "low pressure": LOW_P
 """Tyres by the name of their kind, the noise factor of a study."""
 
 
-LEAST_ADHESION = 0.01
-"""Lower bound of the adhesion, which keeps the slip normalised by the friction finite [-]."""
+LEAST_ADHESION = 0.01  # Lower bound of the adhesion, which keeps the slip normalised by the friction finite [-]
 
 TREAD_LAG = 1e-3
 """Time constant of the tread relative to the rim, which keeps spinning or locked wheels stable at steps of 1 ms [s]."""
 
-REVERSING = 0.1
-"""Speed range in which the trail changes sign, since the patch rolls backwards when reversing [m/s]."""
+REVERSING = 0.1  # Speed range in which the trail changes sign, since the patch rolls backwards when reversing [m/s]
 
 
 class Hub(NamedTuple):

@@ -12,19 +12,13 @@ from tierod.physics.gear import variable_gain
 
 
 class AngleMemory(NamedTuple):
-    """State of the control between two steps.
+    """State of the control between two steps."""
 
-    Args:
-        angle, target: values of the previous step [rad]
-        rate, target_rate: filtered rates [rad/s]
-        integral: integral part of the torque [N*m]
-    """
-
-    angle: Scalar
+    angle: Scalar  # angle, target: values of the previous step [rad]
     target: Scalar
-    rate: Scalar
+    rate: Scalar  # rate, target_rate: filtered rates [rad/s]
     target_rate: Scalar
-    integral: Scalar
+    integral: Scalar  # integral part of the torque [N*m]
 
 
 @dataclass(frozen=True)
@@ -101,14 +95,10 @@ class VariableRatio:
     """Gain of the steering over the speed: direct when parking, indirect at high speed.
 
     The gain falls from `standing` to `fast`, see `tierod.physics.gear.variable_gain`.
-
-    Args:
-        standing: gain at rest; 1.45 turns a ratio of 15.5 into 10.7
-        fast: gain at very high speed; 0.78 turns it into 20
     """
 
-    standing: Annotated[float, "", POSITIVE] = 1.45
-    fast: Annotated[float, "", POSITIVE] = 0.78
+    standing: Annotated[float, "", POSITIVE] = 1.45  # gain at rest; 1.45 turns a ratio of 15.5 into 10.7
+    fast: Annotated[float, "", POSITIVE] = 0.78  # gain at very high speed; 0.78 turns it into 20
     middle_speed: Annotated[float, "m/s", POSITIVE] = 18.0
 
     def gain(self, speed: Scalar) -> Scalar:

@@ -16,17 +16,11 @@ from tierod_lab.ground.parts import Demand, Driver, Hand, Memory, Motion, Reacti
 
 
 class AssistMemory(NamedTuple):
-    """State of the unit between two steps.
+    """State of the unit between two steps."""
 
-    Args:
-        driver_torque: torque of the previous step [N*m]
-        filtered_torque: driver torque behind the lead filter [N*m]
-        torque: requested torque at the column [N*m]
-    """
-
-    driver_torque: Scalar
-    filtered_torque: Scalar
-    torque: Scalar
+    driver_torque: Scalar  # torque of the previous step [N*m]
+    filtered_torque: Scalar  # driver torque behind the lead filter [N*m]
+    torque: Scalar  # requested torque at the column [N*m]
 
 
 @dataclass(frozen=True)
@@ -68,10 +62,6 @@ class AssistUnit:
     The driver torque passes a lead filter, without which a high gain makes the loop of torsion bar and motor unstable.
     Return and damping act on the rate below the torsion bar, which the unit computes from steering wheel and twist:
     with the rate above the bar they would excite it.
-
-    Args:
-        torque_rate: limit of the request's rate of change, at the column; with a tenth of it, a wheel released under
-            full assist would keep oscillating
     """
 
     characteristic: Characteristic = field(default_factory=Characteristic)
@@ -81,6 +71,8 @@ class AssistUnit:
     lead_time: Annotated[float, "s", NOT_NEGATIVE] = 0.008
     lag_time: Annotated[float, "s", NOT_NEGATIVE] = 0.0005
     maximum_torque: Annotated[float, "N*m", POSITIVE] = 60.0
+    # limit of the request's rate of change, at the column; with a tenth of it, a wheel released under full assist would
+    # keep oscillating
     torque_rate: Annotated[float, "N*m/s", POSITIVE] = 20e3
     bar_stiffness: Annotated[float, "N*m/rad", POSITIVE] = 140.0
     motor_ratio: Annotated[float, "", POSITIVE] = 20.0

@@ -23,22 +23,15 @@ class Sensed(NamedTuple):
 
 
 class Targets(NamedTuple):
-    """Targets of the automated driver.
+    """Targets of the automated driver."""
 
-    Args:
-        steering_wheel_angle: target angle [rad]
-        speed: target speed [m/s]
-        steering_torque_1, steering_torque_2: torques of the steering motors, at the column [N*m]
-        force: force along the road [N]
-        drive_difference: torque of the right wheel minus that of the left one [N*m]
-    """
-
-    steering_wheel_angle: Scalar
-    speed: Scalar
+    steering_wheel_angle: Scalar  # target angle [rad]
+    speed: Scalar  # target speed [m/s]
+    # steering_torque_1, steering_torque_2: torques of the steering motors, at the column [N*m]
     steering_torque_1: Scalar
     steering_torque_2: Scalar
-    force: Scalar
-    drive_difference: Scalar
+    force: Scalar  # force along the road [N]
+    drive_difference: Scalar  # torque of the right wheel minus that of the left one [N*m]
 
 
 class Command(NamedTuple):
@@ -69,13 +62,10 @@ class AutomatedDriver:
 
     Localisation (offset and heading relative to the path) is exact; speed, yaw rate and steering-wheel angle come from
     sensors. The driver's model of the car has its own parameters.
-
-    Args:
-        mass, wheelbase, understeer_gradient, steering_ratio: parameters of the driver's model; the ratio is road wheel
-            per steering wheel
-        drive_steering: drive torque difference per steering torque; above zero, the wheel motors support the steering
     """
 
+    # mass, wheelbase, understeer_gradient, steering_ratio: parameters of the driver's model; the ratio is road wheel
+    # per steering wheel
     mass: Annotated[float, "kg", POSITIVE] = 403.2
     wheelbase: Annotated[float, "m", POSITIVE] = 2.07
     understeer_gradient: Annotated[float, "rad*s**2/m", ANY] = 1.5e-3
@@ -92,6 +82,7 @@ class AutomatedDriver:
         )
     )
     split: Split = field(default_factory=Split)
+    # drive torque difference per steering torque; above zero, the wheel motors support the steering
     drive_steering: Annotated[float, "", NOT_NEGATIVE] = 0.0
     speed_control: SpeedControl = field(default_factory=SpeedControl)
     step_time: Annotated[float, "s", POSITIVE] = 1e-3

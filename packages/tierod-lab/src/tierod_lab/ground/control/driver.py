@@ -12,8 +12,7 @@ from tierod.physics.planar_motion import pursuit_curvature
 from tierod.physics.single_track import steady_road_wheel_angle
 from tierod_lab.ground.parts import Demand, Hand, Intent, Seen
 
-STANDING = 0.02
-"""Speed below which a car is at standstill [m/s]."""
+STANDING = 0.02  # Speed below which a car is at standstill [m/s]
 
 
 class Foot(NamedTuple):
@@ -106,17 +105,13 @@ class HumanDriver:
     The arms are a spring and damper that pull the wheel towards the angle of the muscles; the muscles follow the target
     angle with a critically damped second-order lag. After Pick and Cole, Vehicle System Dynamics 46 (2008). The
     driver's internal model of the car has its own parameters, which may differ from the true ones.
-
-    Args:
-        rear_distance: distance from the centre of gravity to the rear axle in the driver's model; the curvature is
-            filtered over it, since the centre of gravity turns in before the rear axle
-        persistence: integral gain on the angle error, for a driver who has to reach an angle (no attention to a lane,
-            hands on the wheel)
     """
 
     mass: Annotated[float, "kg", POSITIVE] = 1600.0
     wheelbase: Annotated[float, "m", POSITIVE] = 2.83
     understeer_gradient: Annotated[float, "rad*s**2/m", ANY] = 3.73e-3
+    # distance from the centre of gravity to the rear axle in the driver's model; the curvature is filtered over it,
+    # since the centre of gravity turns in before the rear axle
     rear_distance: Annotated[float, "m", POSITIVE] = 1.69
     steering_ratio: Annotated[float, "", POSITIVE] = 1.0 / 15.5
     arm_stiffness: Annotated[float, "N*m/rad", POSITIVE] = 40.0
@@ -128,6 +123,8 @@ class HumanDriver:
     correction: Annotated[float, "", NOT_NEGATIVE] = 1.5
     greatest_offset: Annotated[float, "m", POSITIVE] = 1.5
     expected_effort: Annotated[float, "N*m*s**2/m", NOT_NEGATIVE] = 0.8
+    # integral gain on the angle error, for a driver who has to reach an angle (no attention to a lane, hands on the
+    # wheel)
     persistence: Annotated[float, "1/s", NOT_NEGATIVE] = 3.0
     slowest_correction: Annotated[float, "m/s", POSITIVE] = 3.0
     pedals: Pedals = field(default_factory=Pedals)

@@ -13,10 +13,8 @@ from tierod_lab.ground.courses.conditions import Acting, AnyCondition
 from tierod_lab.ground.courses.course import Columns, Grid, Start, combine
 from tierod_lab.ground.courses.way import TICK, Pace, Plan, Way
 
-TOLERATED_LAG = 3.0
-"""Dead band of the distance from the plan within which the target speed is not corrected [m]."""
-HASTE = 1.05
-"""Factor by which a car behind its plan may exceed the speed that the way allows."""
+TOLERATED_LAG = 3.0  # Dead band of the distance from the plan within which the target speed is not corrected [m]
+HASTE = 1.05  # Factor by which a car behind its plan may exceed the speed that the way allows
 _CONDITIONS, WAY = 1, 2
 
 

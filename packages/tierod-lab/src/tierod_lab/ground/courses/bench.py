@@ -21,18 +21,15 @@ _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 @dataclass(frozen=True)
 class BenchTorque(Described):
-    """Base class of the tests that are driven by the motor alone; each kind of test defines its `torque_at`.
-
-    Args:
-        wheel: locked, free, or held by hands without stiffness; for a motor bench, `locked` locks the shaft, and `held`
-            is not possible
-        gear_torque: constant torque on the output of the gear, as from a road; for column benches only
-    """
+    """Base class of the tests that are driven by the motor alone; each kind of test defines its `torque_at`."""
 
     amplitude: Annotated[float, "N*m", NOT_NEGATIVE] = 0.3
     settle: Annotated[float, "s", NOT_NEGATIVE] = 1.0
     time: Annotated[float, "s", POSITIVE] = 61.0
+    # locked, free, or held by hands without stiffness; for a motor bench, `locked` locks the shaft, and `held` is not
+    # possible
     wheel: Literal["free", "locked", "held"] = "free"
+    # constant torque on the output of the gear, as from a road; for column benches only
     gear_torque: Annotated[float, "N*m"] = 0.0
 
     def __post_init__(self) -> None:
@@ -71,12 +68,9 @@ class BenchTorque(Described):
 
 @dataclass(frozen=True)
 class BenchSweep(BenchTorque):
-    """Sine sweep of the motor torque; a longer run sweeps more slowly.
+    """Sine sweep of the motor torque; a longer run sweeps more slowly."""
 
-    Args:
-        lowest, highest: first and last frequency; every octave takes the same time
-    """
-
+    # lowest, highest: first and last frequency; every octave takes the same time
     lowest: Annotated[float, "Hz", POSITIVE] = 0.2
     highest: Annotated[float, "Hz", POSITIVE] = 30.0
 
@@ -135,8 +129,7 @@ class BenchMultisine(BenchTorque):
         return np.asarray(self.amplitude * math.sqrt(1.0 / self.count) * sines.sum(axis=1))
 
 
-STRETCH = (20.0, 60.0)
-"""Minimum and maximum time for which the motor repeats the same action [s]."""
+STRETCH = (20.0, 60.0)  # Minimum and maximum time for which the motor repeats the same action [s]
 _EPISODES, _TORQUE, _STRETCHES, _LANE = 10, 11, 12, 13
 
 
@@ -146,15 +139,13 @@ class BenchHands(Described):
 
     The motor alternates between three actions: no torque, small random torques as of a lane keeping assistant, and
     sines.
-
-    Args:
-        shortest, longest: range of the times with hands on, or off; log-uniform
-        lightest, firmest: range of the standard deviation of the hand torque of one hold; log-uniform
     """
 
     time: Annotated[float, "s", POSITIVE] = 600.0
+    # shortest, longest: range of the times with hands on, or off; log-uniform
     shortest: Annotated[float, "s", POSITIVE] = 3.0
     longest: Annotated[float, "s", POSITIVE] = 20.0
+    # lightest, firmest: range of the standard deviation of the hand torque of one hold; log-uniform
     lightest: Annotated[float, "N*m", NOT_NEGATIVE] = 0.1
     firmest: Annotated[float, "N*m", NOT_NEGATIVE] = 0.5
     quickest: Annotated[float, "s", POSITIVE] = 0.05

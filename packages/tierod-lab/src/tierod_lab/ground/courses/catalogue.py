@@ -114,23 +114,17 @@ def _numbers(text: str, count: int, where: str) -> list[float]:
     return values
 
 
-Curve = Callable[[np.ndarray], np.ndarray]
-"""Curvature [1/m] as a function of distance [m]."""
+Curve = Callable[[np.ndarray], np.ndarray]  # Curvature [1/m] as a function of distance [m]
 
-SHORTEST = 1.0
-"""Minimum length of a way [m]."""
+SHORTEST = 1.0  # Minimum length of a way [m]
 _SLOPES = ("bank_angle", "grade_angle")
 
 
 @dataclass(frozen=True)
 class TimeTable(TimeCourse):
-    """Speed, steering-wheel angle and other inputs over time, linear between the rows.
+    """Speed, steering-wheel angle and other inputs over time, linear between the rows."""
 
-    Args:
-        file: CSV file with a column `time`; without a column `attention` the driver follows no lane
-    """
-
-    file: str = ""
+    file: str = ""  # CSV file with a column `time`; without a column `attention` the driver follows no lane
 
     @cached_property
     def _table(self) -> dict[str, np.ndarray]:
@@ -168,17 +162,12 @@ class TimeTable(TimeCourse):
 
 @dataclass(frozen=True)
 class WayTable(WayCourse):
-    """A road as rows of `distance` and `curvature`, linear between them, or of points `x` and `y` joined by a spline.
+    """A road as linear rows of `distance` and `curvature`, or of points `x` and `y` joined by a spline."""
 
-    Args:
-        file: CSV file; columns `speed`, `bank_angle` and `grade_angle` limit the speed and tilt the road
-        wait: time at rest before the start; 0 starts rolling
-    """
-
-    file: str = ""
+    file: str = ""  # CSV file; columns `speed`, `bank_angle` and `grade_angle` limit the speed and tilt the road
     speed: Annotated[float, "m/s", POSITIVE] = 50.0 / 3.6
     lateral_acceleration: Annotated[float, "m/s**2", POSITIVE] = 3.0
-    wait: Annotated[float, "s", NOT_NEGATIVE] = 0.0
+    wait: Annotated[float, "s", NOT_NEGATIVE] = 0.0  # time at rest before the start; 0 starts rolling
     laps: int = 1
 
     def __post_init__(self) -> None:

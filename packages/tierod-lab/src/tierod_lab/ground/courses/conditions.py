@@ -148,13 +148,9 @@ class HandTorque(_Steady):
 
 @dataclass(frozen=True)
 class Grip(_Share):
-    """Grip of the hands on the wheel.
+    """Grip of the hands on the wheel."""
 
-    Args:
-        share: share of the arms' stiffness and damping; 0 is hands off
-    """
-
-    share: Annotated[float, "", SHARE] = 0.0
+    share: Annotated[float, "", SHARE] = 0.0  # share of the arms' stiffness and damping; 0 is hands off
 
     def _levels(self) -> dict[str, float]:
         return {"demand.grip": self.share}
@@ -162,13 +158,9 @@ class Grip(_Share):
 
 @dataclass(frozen=True)
 class Attention(_Share):
-    """Attention of the driver to the lane.
+    """Attention of the driver to the lane."""
 
-    Args:
-        share: share of the lateral offset that the driver corrects; 0 is inattentive
-    """
-
-    share: Annotated[float, "", SHARE] = 0.0
+    share: Annotated[float, "", SHARE] = 0.0  # share of the lateral offset that the driver corrects; 0 is inattentive
 
     def _levels(self) -> dict[str, float]:
         return {"demand.attention": self.share}

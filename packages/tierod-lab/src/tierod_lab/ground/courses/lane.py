@@ -14,8 +14,7 @@ from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE
 from tierod_lab.ground.courses.base import WayCourse, require_rise, require_some
 from tierod_lab.ground.courses.way import STEP, TICK, Plan, Way, across
 
-_POINT = 0.05
-"""Spacing of the points that define a line [m]."""
+_POINT = 0.05  # Spacing of the points that define a line [m]
 
 
 @dataclass(frozen=True)

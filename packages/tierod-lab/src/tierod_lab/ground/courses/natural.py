@@ -17,8 +17,7 @@ from tierod_lab.ground.courses.base import WAY, WayCourse
 from tierod_lab.ground.courses.course import Columns, smooth_noise
 from tierod_lab.ground.courses.way import STEP, Way, bump, reachable
 
-Pair = tuple[float, float]
-"""Range of a random value: lower and upper limit."""
+Pair = tuple[float, float]  # Range of a random value: lower and upper limit
 
 
 def _in_order(what: str, pair: Pair) -> None:
@@ -154,8 +153,7 @@ AnyRoad = City | Country | Motorway
 
 
 _BENDS, _HALTS, _HILLS = range(3)
-_MARGIN = 5.0
-"""Time by which the planned road exceeds the drive [s]."""
+_MARGIN = 5.0  # Time by which the planned road exceeds the drive [s]
 
 
 @dataclass(frozen=True)
@@ -164,15 +162,12 @@ class NaturalDrive(WayCourse):
 
     Bends, halts and hills use separate random streams, so that more halts do not change the bends. Halts take their
     time from the drive, which then has fewer bends.
-
-    Args:
-        wait: time at rest before the start; 0 starts rolling
     """
 
     roads: tuple[AnyRoad, ...] = field(default_factory=lambda: (City(), Country(), Motorway()))
     time: Annotated[float, "s", POSITIVE] = 780.0
     cycle: Annotated[float, "s", POSITIVE] = 780.0
-    wait: Annotated[float, "s", NOT_NEGATIVE] = 0.0
+    wait: Annotated[float, "s", NOT_NEGATIVE] = 0.0  # time at rest before the start; 0 starts rolling
 
     def __post_init__(self) -> None:
         if not self.roads:

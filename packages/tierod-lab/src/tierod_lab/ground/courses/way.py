@@ -11,29 +11,20 @@ import numpy as np
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod_lab.ground.courses.course import Columns
 
-STEP = 0.5
-"""Spacing of the points of a way [m]."""
+STEP = 0.5  # Spacing of the points of a way [m]
 
 
 @dataclass(frozen=True)
 class Way:
-    """A road on equal steps.
+    """A road on equal steps."""
 
-    Args:
-        curvature: curvature, positive to the left [1/m]
-        speed: speed limit where no bend or stop requires less [m/s]
-        lateral_acceleration: limit in bends [m/s**2]
-        slopes: "road.bank_angle", "road.grade_angle" where the road is not level [rad]
-        stops: (distance [m], duration [s]) of every halt, in order
-        step: spacing [m]
-    """
-
-    curvature: np.ndarray
-    speed: np.ndarray
-    lateral_acceleration: np.ndarray
+    curvature: np.ndarray  # curvature, positive to the left [1/m]
+    speed: np.ndarray  # speed limit where no bend or stop requires less [m/s]
+    lateral_acceleration: np.ndarray  # limit in bends [m/s**2]
+    # "road.bank_angle", "road.grade_angle" where the road is not level [rad]
     slopes: Columns = field(default_factory=dict)
-    stops: tuple[tuple[float, float], ...] = ()
-    step: Annotated[float, "m"] = STEP
+    stops: tuple[tuple[float, float], ...] = ()  # (distance [m], duration [s]) of every halt, in order
+    step: Annotated[float, "m"] = STEP  # spacing [m]
 
     @property
     def distance(self) -> np.ndarray:
@@ -67,8 +58,7 @@ def across(forward: np.ndarray, left: np.ndarray, step: float = STEP) -> np.ndar
     return np.asarray(np.interp(np.arange(0.0, gone[-1], step), gone, np.gradient(heading, gone)))
 
 
-TICK = 0.02
-"""Sampling interval of a plan [s]."""
+TICK = 0.02  # Sampling interval of a plan [s]
 
 
 class Plan(NamedTuple):

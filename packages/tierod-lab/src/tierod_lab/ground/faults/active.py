@@ -13,8 +13,7 @@ from tierod_lab.ground.faults.behaviours import Course
 from tierod_lab.ground.faults.elements import MisfitError, Reach, Target
 from tierod_lab.ground.faults.fault import AtDistance, AtTime, Comparison, Effect, Fault, When, Within, resolved
 
-DISTANCE = "truth_distance"
-"""Channel of the distance that the car has travelled."""
+DISTANCE = "truth_distance"  # Channel of the distance that the car has travelled
 
 
 class Watch:
@@ -65,10 +64,8 @@ class Watch:
         return False
 
 
-_LOOP_RATE = 1000.0
-"""Sampling rate of the control loops [Hz]."""
-_EARLY = 1e-9
-"""Tolerance for rounding of the time of a run [s]."""
+_LOOP_RATE = 1000.0  # Sampling rate of the control loops [Hz]
+_EARLY = 1e-9  # Tolerance for rounding of the time of a run [s]
 
 
 class AimedEffect(NamedTuple):

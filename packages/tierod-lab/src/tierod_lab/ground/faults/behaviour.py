@@ -14,8 +14,7 @@ from tierod.core.errors import ParameterError
 from tierod.core.fields import check_ranges
 from tierod_lab.ground.sensors import Sensor
 
-_BLOCK = 1024
-"""Number of random numbers that are drawn together."""
+_BLOCK = 1024  # Number of random numbers that are drawn together
 
 
 Drawn = TypeVar("Drawn")

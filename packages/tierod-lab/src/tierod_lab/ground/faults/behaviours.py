@@ -42,12 +42,9 @@ _PARAMETERS = frozenset({PARAMETER, SURROUNDING})
 
 @dataclass(frozen=True)
 class TorqueLoss(Behaviour):
-    """An actuator delivers less torque than requested.
+    """An actuator delivers less torque than requested."""
 
-    Args:
-        share: share of the torque that is lost; 1 is all of it
-    """
-
+    # share of the torque that is lost; 1 is all of it
     share: Annotated[float, "", Range(0.0, 1.0, open_low=True)] = 1.0
     fits: ClassVar[frozenset[str]] = frozenset({ACTUATOR})
     main: ClassVar[str | None] = "share"

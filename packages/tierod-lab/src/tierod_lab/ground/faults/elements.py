@@ -35,8 +35,7 @@ LAGS = {
 PREFIXES = {"sensor.": SIGNAL, "loop.": LOOP, "actuator.": ACTUATOR, "car.": PARAMETER}
 """Prefix of an element's name -> role, for names with several roles."""
 
-CLOCK = "step_time"
-"""Name of the parameters that hold the sampling interval, which no fault changes."""
+CLOCK = "step_time"  # Name of the parameters that hold the sampling interval, which no fault changes
 
 _AROUND: Mapping[str, Any] = {"road": Road, "wind": Wind, "demand": Demand}
 
@@ -46,17 +45,12 @@ class MisfitError(ParameterError):
 
 
 class Target(NamedTuple):
-    """Target of an effect of a fault.
-
-    Args:
-        unit: unit of its values; None if unknown
-        usual: fault-free value of a parameter; None where it is known only during the run
-    """
+    """Target of an effect of a fault."""
 
     role: str
     name: str
-    unit: str | None
-    usual: float | None = None
+    unit: str | None  # unit of its values; None if unknown
+    usual: float | None = None  # fault-free value of a parameter; None where it is known only during the run
     limits: Range | None = None
 
 

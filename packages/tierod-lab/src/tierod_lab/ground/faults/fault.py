@@ -105,8 +105,7 @@ def _comparison(text: str) -> Comparison:
     return Comparison(found[2], bool(found[1]), found[4], float(found[5]), found[6])
 
 
-AnyTrigger = Always | AtTime | AtDistance | Within | When
-"""Union of all triggers."""
+AnyTrigger = Always | AtTime | AtDistance | Within | When  # Union of all triggers
 
 _QUANTITY = rf"({_NUMBER})\s*([^\s\d][^\s]*)"
 
@@ -173,22 +172,18 @@ class Effect:
 
 @dataclass(frozen=True)
 class Fault:
-    """One fault.
+    """One fault."""
 
-    Args:
-        element: a signal ("yaw_rate", both in the recording and where the car's control units read it), a parameter of
-            the car ("steering.friction.level") or a quantity of its surroundings ("road.adhesion_left"); a prefix
-            "sensor.", "loop.", "actuator." or "car." selects one kind; of names separated by "|" the first that the
-            car has is taken, and "nothing" leaves the effect out
-        duration: duration [s]; None until the end, or a second for an outlier
-        name: short name; made from element and behaviour if empty
-    """
-
+    # a signal ("yaw_rate", both in the recording and where the car's control units read it), a parameter of the car
+    # ("steering.friction.level") or a quantity of its surroundings ("road.adhesion_left"); a prefix "sensor.", "loop.",
+    # "actuator." or "car." selects one kind; of names separated by "|" the first that the car has is taken, and
+    # "nothing" leaves the effect out
     element: str
     behaviour: AnyBehaviour
     trigger: AnyTrigger = field(default_factory=Always)
+    # duration [s]; None until the end, or a second for an outlier
     duration: Annotated[float, "s", POSITIVE] | None = None
-    name: str = ""
+    name: str = ""  # short name; made from element and behaviour if empty
     also: tuple[Effect, ...] = ()
     origin: Origin | None = field(default=None, compare=False, repr=False)
 

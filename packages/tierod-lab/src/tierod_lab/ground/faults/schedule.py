@@ -70,8 +70,7 @@ class PortCourse:
         return {f"ports.{name}.{part}": getattr(self, part) for part in ("gain", "offset", "held")}
 
 
-_STREAM = 4
-"""Number of the faults' random stream, separate from those of road, driver, sensors and scatter."""
+_STREAM = 4  # Number of the faults' random stream, separate from those of road, driver, sensors and scatter
 
 Usual = Callable[[str], np.ndarray]
 

@@ -41,13 +41,9 @@ class TotalLoss(Behaviour):
 
 @dataclass(frozen=True)
 class Stuck(Behaviour):
-    """The signal keeps its last value or a given value.
+    """The signal keeps its last value or a given value."""
 
-    Args:
-        value: constant value; the last one before the fault if None
-    """
-
-    value: Annotated[Amount, SIGNAL_UNIT] | None = None
+    value: Annotated[Amount, SIGNAL_UNIT] | None = None  # constant value; the last one before the fault if None
     fits: ClassVar[frozenset[str]] = _VALUES
     main: ClassVar[str | None] = "value"
 
@@ -84,14 +80,10 @@ class Gain(Behaviour):
 
 @dataclass(frozen=True)
 class Drift(Behaviour):
-    """An offset that grows from zero is added.
-
-    Args:
-        limit: magnitude at which the growth stops; never if None
-    """
+    """An offset that grows from zero is added."""
 
     rate: Annotated[Amount, "{signal}/s"]
-    limit: Annotated[Amount, SIGNAL_UNIT] | None = None
+    limit: Annotated[Amount, SIGNAL_UNIT] | None = None  # magnitude at which the growth stops; never if None
     fits: ClassVar[frozenset[str]] = _ALL
     main: ClassVar[str | None] = "rate"
 
@@ -110,13 +102,10 @@ class Outlier(Behaviour):
 
     Source: Li, Frey, Gauterin, Sensors 23 (2023) 887, section 5: "a large outlier in the sensor data over a very short
     time such as one second".
-
-    Args:
-        value: value that replaces the signal, if not None
     """
 
     factor: Annotated[float, ""] = 3.0
-    value: Annotated[Amount, SIGNAL_UNIT] | None = None
+    value: Annotated[Amount, SIGNAL_UNIT] | None = None  # value that replaces the signal, if not None
     fits: ClassVar[frozenset[str]] = _VALUES
     main: ClassVar[str | None] = "factor"
     usual_duration: ClassVar[float | None] = 1.0
@@ -128,14 +117,11 @@ class Outlier(Behaviour):
 
 @dataclass(frozen=True)
 class Spikes(Behaviour):
-    """Short pulses of either sign are added at random instants.
-
-    Args:
-        width: duration of each pulse; a channel with longer sampling intervals misses some
-    """
+    """Short pulses of either sign are added at random instants."""
 
     size: Annotated[Amount, SIGNAL_UNIT]
     rate: Annotated[float, "Hz", POSITIVE] = 1.0
+    # duration of each pulse; a channel with longer sampling intervals misses some
     width: Annotated[float, "s", POSITIVE] = 0.01
     fits: ClassVar[frozenset[str]] = _VALUES
     main: ClassVar[str | None] = "size"
@@ -181,14 +167,11 @@ class Delay(Behaviour):
 
 @dataclass(frozen=True)
 class BitFlip(Behaviour):
-    """One bit of the raw number on the bus is inverted. Recorded signals only: the error depends on the value.
-
-    Args:
-        quantum: value of the least significant bit; that of the sensor if None
-    """
+    """One bit of the raw number on the bus is inverted. Recorded signals only: the error depends on the value."""
 
     bit: Annotated[int, "", Range(0, 62)]
     bits: Annotated[int, "", Range(2, 63)] = 16
+    # value of the least significant bit; that of the sensor if None
     quantum: Annotated[Amount, SIGNAL_UNIT, POSITIVE] | None = None
     fits: ClassVar[frozenset[str]] = frozenset({SIGNAL})
     main: ClassVar[str | None] = "bit"

@@ -12,8 +12,7 @@ from tierod.physics.clarke_park import Direction, RotorVector, StatorVector, inv
 from tierod.physics.inverter import limited_voltage
 from tierod.physics.pm_motor import torque_constant
 
-_ROUNDS = 6
-"""Number of iterations in the search for the current that makes a torque."""
+_ROUNDS = 6  # Number of iterations in the search for the current that makes a torque
 
 
 @dataclass(frozen=True)
@@ -63,19 +62,12 @@ class SetPoints:
 
 
 class ControlMemory(NamedTuple):
-    """State of the control unit.
+    """State of the control unit."""
 
-    Args:
-        integral: integral of the current error, as voltage [V]
-        angle: mechanical angle sensed at the previous sample [rad]
-        speed: mechanical speed, from the sensed angle [rad/s]
-        command: voltage command of the inverter for the next period [V]
-    """
-
-    integral: RotorVector
-    angle: Scalar
-    speed: Scalar
-    command: StatorVector
+    integral: RotorVector  # integral of the current error, as voltage [V]
+    angle: Scalar  # mechanical angle sensed at the previous sample [rad]
+    speed: Scalar  # mechanical speed, from the sensed angle [rad/s]
+    command: StatorVector  # voltage command of the inverter for the next period [V]
 
 
 @dataclass(frozen=True)
@@ -85,21 +77,19 @@ class CurrentControl:
     The inverter applies the command of a sample in the next period, as in every digital drive; the command is rotated
     by the angle through which the rotor turns until then. The motor parameters of the control unit are its own and may
     differ from the true ones.
-
-    Args:
-        lag: time constant of the closed current loop; 1/3 ms tolerates a delay of one and a half periods at 10 kHz
-        speed_time: time constant of the low-pass on the sensed speed; 0 is none
-        weakening: share of the maximum voltage that `SetPoints` may use when they choose the d-axis current; None sets
-            no d-axis current
     """
 
     resistance: Annotated[float, "ohm", POSITIVE] = 0.05
     inductance_d: Annotated[float, "H", POSITIVE] = 1e-4
     inductance_q: Annotated[float, "H", POSITIVE] = 1e-4
     flux: Annotated[float, "V*s", POSITIVE] = 0.0085
+    # time constant of the closed current loop; 1/3 ms tolerates a delay of one and a half periods at 10 kHz
     lag: Annotated[float, "s", POSITIVE] = 1.0 / 3000.0
     current_limit: Annotated[float, "A", POSITIVE] = 60.0
+    # time constant of the low-pass on the sensed speed; 0 is none
     speed_time: Annotated[float, "s", NOT_NEGATIVE] = 5e-4
+    # share of the maximum voltage that `SetPoints` may use when they choose the d-axis current; None sets no d-axis
+    # current
     weakening: Annotated[float, "", SHARE] | None = None
 
     def remembered(self) -> ControlMemory:

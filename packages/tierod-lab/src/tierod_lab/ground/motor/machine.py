@@ -42,13 +42,10 @@ class Machine:
 
 @dataclass(frozen=True)
 class Inverter:
-    """Six switches on a battery; the modulation period is that of the current control.
-
-    Args:
-        dead_time: dead time between the switches of a leg; 1 us is usual for MOSFETs
-    """
+    """Six switches on a battery; the modulation period is that of the current control."""
 
     supply_voltage: Annotated[float, "V", POSITIVE] = 13.0
+    # dead time between the switches of a leg; 1 us is usual for MOSFETs
     dead_time: Annotated[float, "s", NOT_NEGATIVE] = 1e-6
     forward_drop: Annotated[float, "V", NOT_NEGATIVE] = 0.1
     knee_current: Annotated[float, "A", POSITIVE] = 1.0
@@ -69,16 +66,13 @@ class Warmth(NamedTuple):
 
 @dataclass(frozen=True)
 class Warming:
-    """Thermal model of two bodies: the winding on the housing, and the housing in the air.
-
-    Args:
-        winding_conductance: thermal conductance from winding to housing; the time constant is about 80 s
-        housing_conductance: thermal conductance from housing to air; the time constant is about 20 minutes
-    """
+    """Thermal model of two bodies: the winding on the housing, and the housing in the air."""
 
     winding_capacity: Annotated[float, "J/K", POSITIVE] = 100.0
     housing_capacity: Annotated[float, "J/K", POSITIVE] = 600.0
+    # thermal conductance from winding to housing; the time constant is about 80 s
     winding_conductance: Annotated[float, "W/K", POSITIVE] = 1.2
+    # thermal conductance from housing to air; the time constant is about 20 minutes
     housing_conductance: Annotated[float, "W/K", POSITIVE] = 0.5
     ambient_temperature: Annotated[float, "K", POSITIVE] = 298.15
 
@@ -119,18 +113,12 @@ class Winding(NamedTuple):
 
 
 class Instant(NamedTuple):
-    """State of a machine between two periods.
-
-    Args:
-        linkage: stator flux linkage [V*s]
-        dry: dry friction divided by its level [-]
-        current: current that follows from flux linkage and angle [A]
-    """
+    """State of a machine between two periods."""
 
     rotor: Rotor
-    linkage: StatorVector
-    dry: Scalar
-    current: StatorVector
+    linkage: StatorVector  # stator flux linkage [V*s]
+    dry: Scalar  # dry friction divided by its level [-]
+    current: StatorVector  # current that follows from flux linkage and angle [A]
     at: Direction
 
 

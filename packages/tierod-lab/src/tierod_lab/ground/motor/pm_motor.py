@@ -32,15 +32,10 @@ def _true(value: Scalar) -> Scalar:
 
 
 class Senses(NamedTuple):
-    """Functions from the true values to those that the current control reads, through the ports of a control unit.
+    """Functions from the true values to those that the current control reads, through the ports of a control unit."""
 
-    Args:
-        angle: mechanical angle of the shaft [rad]
-        alpha, beta: currents in the stator's axes [A]
-    """
-
-    angle: Callable[[Scalar], Scalar] = _true
-    alpha: Callable[[Scalar], Scalar] = _true
+    angle: Callable[[Scalar], Scalar] = _true  # mechanical angle of the shaft [rad]
+    alpha: Callable[[Scalar], Scalar] = _true  # alpha, beta: currents in the stator's axes [A]
     beta: Callable[[Scalar], Scalar] = _true
 
     @classmethod
@@ -52,31 +47,22 @@ class Senses(NamedTuple):
 IN_LOOP = ("motor_angle_mechanical", "motor_current_alpha", "motor_current_beta")
 """Canonical names of the signals that the current control reads."""
 
-TRUE_VALUES = Senses()
-"""Sensors without errors."""
+TRUE_VALUES = Senses()  # Sensors without errors
 
 
 class DriveState(NamedTuple):
-    """State of a motor between two steps.
-
-    Args:
-        linkage: stator flux linkage [V*s]
-        dry: dry friction of the rotor divided by its level [-]
-        voltage: mean voltage over the last period [V]
-        command: voltage command of the inverter in the last period [V]
-    """
+    """State of a motor between two steps."""
 
     rotor: Rotor
-    linkage: StatorVector
-    dry: Scalar
+    linkage: StatorVector  # stator flux linkage [V*s]
+    dry: Scalar  # dry friction of the rotor divided by its level [-]
     control: ControlMemory
-    voltage: StatorVector
-    command: StatorVector
+    voltage: StatorVector  # mean voltage over the last period [V]
+    command: StatorVector  # voltage command of the inverter in the last period [V]
     warmth: Warmth
 
 
-Fine: TypeAlias = Tree
-"""Tuple with one number per sub-sample."""
+Fine: TypeAlias = Tree  # Tuple with one number per sub-sample
 
 
 class FineSignals(NamedTuple):

@@ -71,28 +71,23 @@ class CarTable(catalogue.Choice):
 
 @dataclass(frozen=True)
 class ScenarioFile:
-    """Content of a scenario file.
-
-    Args:
-        seconds: duration; that of the course if absent
-        sensors: sensors of the car; those of a production car if absent
-        faults: one table each; none if absent
-        next_command: command that evaluates the run ("diagnose --monitor sideslip"), printed after the run; the
-            diagnosis that the vehicle file names if absent
-        plant: file beside this one, of a unit of another tool that computes the vehicle; driver and assist unit remain
-            those of the car
-    """
+    """Content of a scenario file."""
 
     name: str
     description: str
     car: CarTable | str
     course: Any
-    seconds: Annotated[float, "s", POSITIVE] | None = None
+    seconds: Annotated[float, "s", POSITIVE] | None = None  # duration; that of the course if absent
     seed: Annotated[int, "", NOT_NEGATIVE] = 0
+    # sensors of the car; those of a production car if absent
     sensors: SensorSet = field(default_factory=SensorSet.production)
     scatter: Scatter | None = None
-    faults: tuple[Mapping[str, Any], ...] = ()
+    faults: tuple[Mapping[str, Any], ...] = ()  # one table each; none if absent
+    # command that evaluates the run ("diagnose --monitor sideslip"), printed after the run; the diagnosis that the
+    # vehicle file names if absent
     next_command: str = ""
+    # file beside this one, of a unit of another tool that computes the vehicle; driver and assist unit remain those of
+    # the car
     plant: str = ""
 
 

@@ -30,31 +30,23 @@ LONGEST = 14_400.0
 
 @dataclass(frozen=True)
 class Scenario:
-    """Complete description of one run.
-
-    Args:
-        duration: duration [s]
-        scatter: distribution of car and sensors around their nominal values; None for no scatter
-        route_seed: seed of the course, if it has its own; None if it uses that of the run
-        vehicle: name of the vehicle file with which monitors judge the car; "" if tierod ships none
-        next_command: command line that evaluates the run; "" for the usual monitor of the vehicle
-    """
+    """Complete description of one run."""
 
     name: str
     description: str
     car: Plant
     car_name: str
     course: AnyCourse
-    duration: float
+    duration: float  # duration [s]
     seed: int
     sensors: SensorSet
     faults: tuple[Fault, ...]
-    scatter: Scatter | None
-    route_seed: int | None
+    scatter: Scatter | None  # distribution of car and sensors around their nominal values; None for no scatter
+    route_seed: int | None  # seed of the course, if it has its own; None if it uses that of the run
     document: Document
     files: Mapping[str, str]
-    vehicle: str = ""
-    next_command: str = ""
+    vehicle: str = ""  # name of the vehicle file with which monitors judge the car; "" if tierod ships none
+    next_command: str = ""  # command line that evaluates the run; "" for the usual monitor of the vehicle
 
     def with_run(self, seconds: float | None = None, seed: int | None = None) -> Scenario:
         """The same scenario with another duration or seed.

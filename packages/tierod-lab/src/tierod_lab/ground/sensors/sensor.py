@@ -63,8 +63,7 @@ def lost_frames(count: int, share: float, mean_run: float, generator: np.random.
     return np.concatenate([*pieces, np.zeros(0, dtype=bool)])[:count]
 
 
-AT_MOST = 0.45
-"""Maximum jitter as a share of the sampling interval, so that readings keep their order."""
+AT_MOST = 0.45  # Maximum jitter as a share of the sampling interval, so that readings keep their order
 
 
 @dataclass(frozen=True)
@@ -172,8 +171,7 @@ class Sensor:
         return np.where(values >= high - 1e-9 * (high - low), low, values)
 
 
-PRESETS = ("production", "ideal", "bench", "worn")
-"""Names of the shipped sets of sensors."""
+PRESETS = ("production", "ideal", "bench", "worn")  # Names of the shipped sets of sensors
 
 
 @dataclass(frozen=True)

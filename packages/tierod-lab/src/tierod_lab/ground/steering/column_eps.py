@@ -29,13 +29,11 @@ class WormGear:
     """Elastic gear between motor and column, referred to the column.
 
     The stiffness is that identified by Raffone (7.26 N*m/rad at the motor, 18 to 1), the damping 10 % of critical.
-
-    Args:
-        play: total free travel of the column against the held motor; a sprung worm has none
     """
 
     stiffness: Annotated[float, "N*m/rad", POSITIVE] = 2350.0
     damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.7
+    # total free travel of the column against the held motor; a sprung worm has none
     play: Annotated[float, "rad", NOT_NEGATIVE] = 0.0
 
 
@@ -74,12 +72,7 @@ class _Balance(NamedTuple):
 
 @dataclass(frozen=True)
 class ColumnEps:
-    """Steering wheel, torsion bar, column with motor, and linkage; typical of a mid-size car.
-
-    Args:
-        torsion_bar: None for a rigid column, whose driver torque is that of the hands
-        worm_gear: None for a rigid gear between motor and column
-    """
+    """Steering wheel, torsion bar, column with motor, and linkage; typical of a mid-size car."""
 
     wheel_inertia: Annotated[float, "kg*m**2", POSITIVE] = 0.035
     wheel_damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.2
@@ -89,8 +82,9 @@ class ColumnEps:
     reference_load: Annotated[float, "N*m", POSITIVE] = 4.0
     motor: Motor = field(default_factory=assist_motor)
     linkage: Linkage = field(default_factory=Linkage)
+    # None for a rigid column, whose driver torque is that of the hands
     torsion_bar: TorsionBar | None = field(default_factory=TorsionBar)
-    worm_gear: WormGear | None = None
+    worm_gear: WormGear | None = None  # None for a rigid gear between motor and column
 
     @property
     def actuators(self) -> tuple[str, ...]:

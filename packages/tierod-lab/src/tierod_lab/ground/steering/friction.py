@@ -198,28 +198,21 @@ class LuGre(FallingLevel):
 
 @dataclass(frozen=True)
 class Wave:
-    """Variation of the level once per turn of the shaft, as with a bent shaft or a bad universal joint.
+    """Variation of the level once per turn of the shaft, as with a bent shaft or a bad universal joint."""
 
-    Args:
-        torque: amplitude; friction is zero where the amplitude exceeds the level
-    """
-
+    # amplitude; friction is zero where the amplitude exceeds the level
     torque: Annotated[float, "N*m", NOT_NEGATIVE] = 0.0
     angle: Annotated[float, "rad", ANY] = 0.0
 
 
 @dataclass(frozen=True)
 class DryFriction:
-    """Dry friction at a shaft.
+    """Dry friction at a shaft."""
 
-    Args:
-        level: sliding torque in both directions, away from bumps, at the reference load, which faults change and
-            monitors estimate; each law of `friction_laws` defines sliding
-        law: law of the build-up after a reversal; its angles are constants, so that stiffness grows with the level
-        wave: None for a level without variation over the turn
-    """
-
+    # sliding torque in both directions, away from bumps, at the reference load, which faults change and monitors
+    # estimate; each law of `friction_laws` defines sliding
     level: Annotated[float, "N*m", NOT_NEGATIVE] = 4.0
+    # law of the build-up after a reversal; its angles are constants, so that stiffness grows with the level
     law: Law = field(default_factory=Dahl)
     load_share: Annotated[float, "", SHARE] = 0.0
     left_excess: Annotated[float, "N*m", NOT_NEGATIVE] = 0.0
@@ -227,7 +220,7 @@ class DryFriction:
     bump: Annotated[float, "N*m", NOT_NEGATIVE] = 0.0
     bump_angle: Annotated[float, "rad", ANY] = 0.0
     bump_width: Annotated[float, "rad", POSITIVE] = 0.2
-    wave: Wave | None = None
+    wave: Wave | None = None  # None for a level without variation over the turn
 
     def remembered(self) -> Memory:
         """Memory of relaxed friction, before the first motion."""

@@ -30,20 +30,13 @@ class EndStop:
 
 
 class Resistance(NamedTuple):
-    """Torques at the pinion that oppose a turn to the left.
+    """Torques at the pinion that oppose a turn to the left."""
 
-    Args:
-        left, right: torque of each kingpin with its friction, by virtual work [N*m]
-        kingpin: torque of tyres and road, both sides [N*m]
-        friction: dry friction of both kingpins [N*m]
-        stop: torque of the end stops [N*m]
-    """
-
-    left: Scalar
+    left: Scalar  # left, right: torque of each kingpin with its friction, by virtual work [N*m]
     right: Scalar
-    kingpin: Scalar
-    friction: Scalar
-    stop: Scalar
+    kingpin: Scalar  # torque of tyres and road, both sides [N*m]
+    friction: Scalar  # dry friction of both kingpins [N*m]
+    stop: Scalar  # torque of the end stops [N*m]
 
     @property
     def total(self) -> Scalar:
@@ -53,21 +46,18 @@ class Resistance(NamedTuple):
 
 @dataclass(frozen=True)
 class Linkage:
-    """Kinematics and losses of rack, tie rods and steering arms; typical of a mid-size car.
-
-    Args:
-        ackermann_gain: see `tierod.physics.steering_ratio`; the default is about 60 % of full Ackermann
-        rack_ratio: travel of the rack per angle of the pinion; the default is 55 mm per revolution
-        friction: dry friction of ball joints and struts, both kingpins together, over the mean steering angle of the
-            road wheels, depending on the front axle load; 5 to 20 N*m is typical (0.3 to 1.3 N*m at the steering
-            wheel), the default is none
-    """
+    """Kinematics and losses of rack, tie rods and steering arms; typical of a mid-size car."""
 
     ratio: Annotated[float, "", POSITIVE] = 1.0 / 15.5
     ratio_growth: Annotated[float, "1/rad**2", ANY] = 0.0
+    # see `tierod.physics.steering_ratio`; the default is about 60 % of full Ackermann
     ackermann_gain: Annotated[float, "1/rad", NOT_NEGATIVE] = 0.16
+    # travel of the rack per angle of the pinion; the default is 55 mm per revolution
     rack_ratio: Annotated[float, "m/rad", POSITIVE] = 8.75e-3
     road_wheel_inertia: Annotated[float, "kg*m**2", NOT_NEGATIVE] = 0.5
+    # dry friction of ball joints and struts, both kingpins together, over the mean steering angle of the road wheels,
+    # depending on the front axle load; 5 to 20 N*m is typical (0.3 to 1.3 N*m at the steering wheel), the default is
+    # none
     friction: DryFriction = field(
         default_factory=lambda: DryFriction(level=0.0, law=Dahl(math.radians(0.1)), load_share=0.3)
     )

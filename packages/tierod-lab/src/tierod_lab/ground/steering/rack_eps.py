@@ -26,14 +26,11 @@ from tierod_lab.ground.steering.shaft import Motor, TorsionBar, Wheel, assist_mo
 
 @dataclass(frozen=True)
 class Mesh:
-    """Tooth mesh of pinion and rack, along the rack.
-
-    Args:
-        play: total free travel of the rack against the held pinion; a spring-loaded yoke leaves none
-    """
+    """Tooth mesh of pinion and rack, along the rack."""
 
     stiffness: Annotated[float, "N/m", POSITIVE] = 1e8
     damping: Annotated[float, "N*s/m", NOT_NEGATIVE] = 5e3
+    # total free travel of the rack against the held pinion; a spring-loaded yoke leaves none
     play: Annotated[float, "m", NOT_NEGATIVE] = 0.0
 
 
@@ -66,15 +63,7 @@ class _Balance(NamedTuple):
 
 @dataclass(frozen=True)
 class RackEps:
-    """Steering wheel, torsion bar, pinion, rack with motor, and linkage; typical of a mid-size car.
-
-    Args:
-        friction_on_rack: whether it acts on the rack (yoke, bushings, screw: divided by the rack ratio it is a force)
-            or on the pinion
-        motor: None for a rack without a motor
-        motor_on_rack: whether the motor drives the rack by belt and ball screw; else it drives the pinion
-        torsion_bar: None for a rigid column, whose driver torque is that of the hands
-    """
+    """Steering wheel, torsion bar, pinion, rack with motor, and linkage; typical of a mid-size car."""
 
     wheel_inertia: Annotated[float, "kg*m**2", POSITIVE] = 0.035
     wheel_damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.2
@@ -85,11 +74,13 @@ class RackEps:
     centring: Annotated[float, "N/m", NOT_NEGATIVE] = 0.0
     mesh: Mesh = field(default_factory=Mesh)
     friction: DryFriction = field(default_factory=DryFriction)
+    # whether it acts on the rack (yoke, bushings, screw: divided by the rack ratio it is a force) or on the pinion
     friction_on_rack: bool = True
     reference_load: Annotated[float, "N*m", POSITIVE] = 4.0
-    motor: Motor | None = field(default_factory=assist_motor)
-    motor_on_rack: bool = True
+    motor: Motor | None = field(default_factory=assist_motor)  # None for a rack without a motor
+    motor_on_rack: bool = True  # whether the motor drives the rack by belt and ball screw; else it drives the pinion
     linkage: Linkage = field(default_factory=Linkage)
+    # None for a rigid column, whose driver torque is that of the hands
     torsion_bar: TorsionBar | None = field(default_factory=TorsionBar)
 
     @property

@@ -71,20 +71,15 @@ class SpeedLimit:
 
 @dataclass(frozen=True)
 class Motor:
-    """Electric motor at its shaft; typical of a mid-size car with 60 N*m of assist at the column.
-
-    Args:
-        ripple: None for a smooth motor
-        speed_limit: None for a motor without voltage limit
-    """
+    """Electric motor at its shaft; typical of a mid-size car with 60 N*m of assist at the column."""
 
     ratio: Annotated[float, "", POSITIVE] = 20.0
     inertia: Annotated[float, "kg*m**2", POSITIVE] = 1.5e-4
     damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 1e-3
     lag: Annotated[float, "s", POSITIVE] = 2e-3
     maximum_torque: Annotated[float, "N*m", POSITIVE] = 3.5
-    ripple: Ripple | None = None
-    speed_limit: SpeedLimit | None = None
+    ripple: Ripple | None = None  # None for a smooth motor
+    speed_limit: SpeedLimit | None = None  # None for a motor without voltage limit
 
     def torque_rate(self, torque: Scalar, request: Scalar, speed: Scalar = 0.0) -> Scalar:
         """Rate of change of the electromagnetic torque [N*m/s].

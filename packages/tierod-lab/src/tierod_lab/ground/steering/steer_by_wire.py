@@ -88,18 +88,16 @@ class SteerByWire:
     J_w delta'' + b_w delta' + tau_f + tau_a = r_s r_p r_g eta tau_motor, with dry friction that builds up over an angle
     instead of the sign function. The defaults represent a sports car whose column was removed and whose hydraulic
     assist was kept; none of them is printed. Source: Yih, Ryu, Gerdes, eqs (1), (2) and (5).
-
-    Args:
-        inertia: inertia of gear, assist and rack, at the road wheels; with rotor and road wheels J_w = 3.5 kg*m**2
-        linkage: linkage from the pinion to the road wheels, 1/r_s; its friction is F_w
     """
 
+    # inertia of gear, assist and rack, at the road wheels; with rotor and road wheels J_w = 3.5 kg*m**2
     inertia: Annotated[float, "kg*m**2", NOT_NEGATIVE] = 0.874
     damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 160.0
     power_assist: Annotated[float, "", POSITIVE] = 3.0
     efficiency: Annotated[float, "", SHARE] = 0.7
     motor: Motor = field(default_factory=lambda: Motor(ratio=75.0, inertia=1e-6, damping=0.0, maximum_torque=0.9))
     torque_constant: Annotated[float, "N*m/A", POSITIVE] = 0.06
+    # linkage from the pinion to the road wheels, 1/r_s; its friction is F_w
     linkage: Linkage = field(
         default_factory=lambda: Linkage(
             ratio=1.0 / 17.0,

@@ -28,8 +28,7 @@ from tierod_lab.ground.courses import Start
 from tierod_lab.ground.parts import Demand, Driver, Plant, Road, Wind
 from tierod_lab.ground.recorder import COMMANDS
 
-USUAL_STEP = 1e-3
-"""Communication step if neither plant file nor unit states one [s]."""
+USUAL_STEP = 1e-3  # Communication step if neither plant file nor unit states one [s]
 
 
 @dataclass(frozen=True)
@@ -44,18 +43,14 @@ class Entry:
 
 @dataclass(frozen=True)
 class PlantFile:
-    """Content of a plant file.
-
-    Args:
-        start_speed: parameter that is the initial speed, or an entry; None keeps the unit's own initial speed
-        step: communication step, within what the driver model tolerates; that of the unit's description if None
-    """
+    """Content of a plant file."""
 
     fmu: str
     inputs: Mapping[str, Any]
     outputs: Mapping[str, Any]
     values: Mapping[str, float] = field(default_factory=dict)
-    start_speed: Any = None
+    start_speed: Any = None  # parameter that is the initial speed, or an entry; None keeps the unit's own initial speed
+    # communication step, within what the driver model tolerates; that of the unit's description if None
     step: Annotated[float, "s", Range(1e-5, 2e-2)] | None = None
 
 

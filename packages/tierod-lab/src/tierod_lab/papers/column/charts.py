@@ -34,14 +34,11 @@ from tierod_lab.papers.column.swept_bench import samples, swept
 from tierod_lab.studies.effort import Effort
 from tierod_lab.studies.metrics import Frame
 
-FREQUENCY = np.geomspace(0.5, 300.0, 400)
-"""Frequencies of the curves [Hz]."""
+FREQUENCY = np.geomspace(0.5, 300.0, 400)  # Frequencies of the curves [Hz]
 DRAWN = ("mechanical, series", "mechanical, printed", "balanced", "balanced, without D")
 """Reductions that are drawn; the curves of the others coincide with one of these."""
-EVERY = 10
-"""Decimation of the drawn curves [samples]."""
-WINDOW = 21
-"""Width of the centred, and thus delay-free, moving average of differentiated angles [samples]."""
+EVERY = 10  # Decimation of the drawn curves [samples]
+WINDOW = 21  # Width of the centred, and thus delay-free, moving average of differentiated angles [samples]
 
 
 def charts(frames: Mapping[str, Frame], effort: Effort) -> Iterator[Chart]:

@@ -18,17 +18,14 @@ from tierod_lab.papers.column import swept_bench
 from tierod_lab.papers.column.control.position_control import ObservedColumn, PositionControl
 from tierod_lab.papers.column.control.reference import Reference, Sweep
 
-SAMPLE_TIME = 1e-3
-"""Sampling interval of sensors, observer and controller [s]."""
+SAMPLE_TIME = 1e-3  # Sampling interval of sensors, observer and controller [s]
 
 NOISE = ColumnOutput(**swept_bench.NOISE)
 """Standard deviations of the sensor noise: both angles [rad], torque of the torsion bar [N m]."""
 
-REQUEST = 1.5
-"""Time from which control is enabled, after the warm-up of the observer [s]."""
+REQUEST = 1.5  # Time from which control is enabled, after the warm-up of the observer [s]
 
-BEGIN = 2.0
-"""Time at which the reference begins to move, with control fully engaged [s]."""
+BEGIN = 2.0  # Time at which the reference begins to move, with control fully engaged [s]
 
 
 class Outside(NamedTuple):
@@ -75,16 +72,11 @@ class ClosedLoop:
 
     The torque that the control computes from the measurements of one sample acts from the next sample on; the
     observer receives the torque that acted until its sample.
-
-    Args:
-        bench: the plant
-        observer: block whose sample is the motor torque and the measurements
-        control: position control that acts on the estimates of the observer
     """
 
-    bench: ColumnBench
-    observer: Block
-    control: PositionControl
+    bench: ColumnBench  # the plant
+    observer: Block  # block whose sample is the motor torque and the measurements
+    control: PositionControl  # position control that acts on the estimates of the observer
 
     Sample = Outside
 
@@ -105,15 +97,10 @@ class ClosedLoop:
 
 
 class Belief(NamedTuple):
-    """Parameters of the column as observer and control assume them; those of the plant may differ.
+    """Parameters of the column as observer and control assume them; those of the plant may differ."""
 
-    Args:
-        column: parameters of the column
-        friction: dry friction at the motor [N m]
-    """
-
-    column: ColumnParameters
-    friction: float
+    column: ColumnParameters  # parameters of the column
+    friction: float  # dry friction at the motor [N m]
 
 
 def belief(vehicle: str = "column-bench") -> Belief:
@@ -141,10 +128,8 @@ def run(loop: ClosedLoop, source: Sweep, seconds: float, seed: int = 0) -> Run:
     """Simulate the loop with a reference that begins at `BEGIN`.
 
     Args:
-        loop: plant, observer and control
         source: reference, with its time counted from `BEGIN`
         seconds: duration of the whole run [s]
-        seed: seed of the sensor noise
     """
     time = np.arange(round(seconds / SAMPLE_TIME)) * SAMPLE_TIME
     reference = source.at(np.maximum(time - BEGIN, 0.0))
@@ -158,16 +143,11 @@ def _noise(count: int, seed: int) -> np.ndarray:
 
 
 class Followed(NamedTuple):
-    """Tracking error of the true gear angle against the reference.
+    """Tracking error of the true gear angle against the reference."""
 
-    Args:
-        rms, largest: root mean square and largest error [deg]
-        phase: phase of the angle against the reference, negative for a lag [deg]; NaN where no frequency was given
-    """
-
-    rms: float
+    rms: float  # rms, largest: root mean square and largest error [deg]
     largest: float
-    phase: float
+    phase: float  # phase of the angle against the reference, negative for a lag [deg]; NaN where no frequency was given
 
 
 def error(done: Run) -> np.ndarray:
@@ -179,7 +159,6 @@ def followed(done: Run, after: float, until: float = math.inf, frequency: float 
     """Evaluate the tracking error over an interval of a run.
 
     Args:
-        done: the run
         after, until: start and end of the interval; whole periods where a frequency is given [s]
         frequency: frequency of a plain sine [Hz]
     """

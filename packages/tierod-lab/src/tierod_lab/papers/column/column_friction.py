@@ -24,17 +24,11 @@ from tierod.vehicles import Vehicle
 
 @dataclass(frozen=True)
 class FrictionObservationParameters:
-    """A sampled column and the law of its friction.
+    """A sampled column and the law of its friction."""
 
-    Args:
-        linear: matrices of the sampled column with its torques as states
-        dahl_angle: angle of the motor over which friction builds up, level over stiffness [rad]
-        sample_time: sampling interval [s]
-    """
-
-    linear: Matrices
-    dahl_angle: Annotated[float, "rad"]
-    sample_time: Annotated[float, "s"]
+    linear: Matrices  # matrices of the sampled column with its torques as states
+    dahl_angle: Annotated[float, "rad"]  # angle of the motor over which friction builds up, level over stiffness [rad]
+    sample_time: Annotated[float, "s"]  # sampling interval [s]
 
 
 @lru_cache(maxsize=64)
@@ -86,49 +80,30 @@ class FrictionTuning:
     """Process noise of the friction; a random walk is given per square root of a second.
 
     Tuned on the same simulated runs as `ColumnTuning`.
-
-    Args:
-        level: initial level; that of the vehicle where there is one [N m]
-        level_deviation: standard deviation of the initial level, relative
-        level_walk: random walk of the level; 1e-4 N·m gives 0.006 N·m in an hour
-        normalised_walk: random walk of friction over level, for errors of the law; 1 tolerates a Dahl angle wrong by a
-            factor of two
-        remaining_walk: random walk of the disturbance torque besides friction
-        hand_torque_walk: random walk of the hand torque, for smooth and for stepwise hands
     """
 
-    level: Annotated[float, "N*m"] = 0.1
-    level_deviation: Annotated[float, ""] = 0.5
-    level_walk: Annotated[float, "N*m/s**0.5"] = 1e-4
+    level: Annotated[float, "N*m"] = 0.1  # initial level; that of the vehicle where there is one [N m]
+    level_deviation: Annotated[float, ""] = 0.5  # standard deviation of the initial level, relative
+    level_walk: Annotated[float, "N*m/s**0.5"] = 1e-4  # random walk of the level; 1e-4 N·m gives 0.006 N·m in an hour
+    # random walk of friction over level, for errors of the law; 1 tolerates a Dahl angle wrong by a factor of two
     normalised_walk: Annotated[float, "1/s**0.5"] = 1.0
-    remaining_walk: Annotated[float, "N*m/s**0.5"] = 0.01
+    remaining_walk: Annotated[float, "N*m/s**0.5"] = 0.01  # random walk of the disturbance torque besides friction
+    # random walk of the hand torque, for smooth and for stepwise hands
     hand_torque_walk: Annotated[float, "N*m/s**0.5"] = 1.0
 
 
 class FrictionEstimate(NamedTuple):
-    """Estimate of the friction at the motor shaft.
+    """Estimate of the friction at the motor shaft."""
 
-    Args:
-        disturbance_torque: friction plus the remainder
-        disturbance_torque_deviation: its standard deviation
-        friction_torque: friction by Dahl's law; positive values oppose motion to the left
-        friction_level: level of friction while sliding
-        friction_level_deviation: its standard deviation
-        hand_torque: torque of the driver's hands, by one filter for smooth and stepwise hands
-        nis: normalised innovation squared
-        present: number of available outputs
-        ready: 1 while the estimate is valid
-    """
-
-    disturbance_torque: Annotated[float, "N*m"]
-    disturbance_torque_deviation: Annotated[float, "N*m"]
-    friction_torque: Annotated[float, "N*m"]
-    friction_level: Annotated[float, "N*m"]
-    friction_level_deviation: Annotated[float, "N*m"]
-    hand_torque: Annotated[float, "N*m"]
-    nis: Annotated[float, ""]
-    present: Annotated[float, ""]
-    ready: Annotated[float, ""]
+    disturbance_torque: Annotated[float, "N*m"]  # friction plus the remainder
+    disturbance_torque_deviation: Annotated[float, "N*m"]  # its standard deviation
+    friction_torque: Annotated[float, "N*m"]  # friction by Dahl's law; positive values oppose motion to the left
+    friction_level: Annotated[float, "N*m"]  # level of friction while sliding
+    friction_level_deviation: Annotated[float, "N*m"]  # its standard deviation
+    hand_torque: Annotated[float, "N*m"]  # torque of the driver's hands, by one filter for smooth and stepwise hands
+    nis: Annotated[float, ""]  # normalised innovation squared
+    present: Annotated[float, ""]  # number of available outputs
+    ready: Annotated[float, ""]  # 1 while the estimate is valid
 
 
 class FrictionMemory(NamedTuple):

@@ -143,8 +143,7 @@ def bench_of(p: ColumnParameters) -> ColumnBench:
     )
 
 
-UNKNOWN_TORQUES = ("hand_torque", "disturbance_torque")
-"""Unmeasured inputs, which an observer estimates as states."""
+UNKNOWN_TORQUES = ("hand_torque", "disturbance_torque")  # Unmeasured inputs, which an observer estimates as states
 ANGLE, TORQUE = math.radians(0.1), 1.0
 """Units for balancing a column: a tenth of a degree of the steering wheel [rad], a newton metre of the bar [N*m].
 
@@ -163,8 +162,6 @@ def balanced_column(parameters: ColumnParameters, order: int = 4, *, feed_throug
     """The column with fewer states by balanced singular perturbation; torques have equal weight wherever they act.
 
     Args:
-        parameters: of the column
-        order: number of states of the reduced column
         feed_through: whether the feed-through D from torques to outputs is kept; Raffone, (17) drops it
 
     Source: Raffone, eqs (14) to (16); the free angle, which has no Gramian, is separated from the rest.

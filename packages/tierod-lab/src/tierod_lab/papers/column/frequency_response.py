@@ -14,17 +14,11 @@ from tierod.models.linear import LinearSystem, balance
 
 @dataclass(frozen=True, eq=False)
 class FrequencyResponse:
-    """Complex gains from inputs to outputs.
+    """Complex gains from inputs to outputs."""
 
-    Args:
-        frequency: [Hz], (frequencies,)
-        gain: output over input, in their units, (frequencies, outputs, inputs)
-        outputs, inputs: names
-    """
-
-    frequency: np.ndarray
-    gain: np.ndarray
-    outputs: tuple[str, ...]
+    frequency: np.ndarray  # [Hz], (frequencies,)
+    gain: np.ndarray  # output over input, in their units, (frequencies, outputs, inputs)
+    outputs: tuple[str, ...]  # outputs, inputs: names
     inputs: tuple[str, ...]
 
     def of(self, output: str, input: str) -> np.ndarray:
@@ -92,11 +86,9 @@ def largest_difference(one: LinearSystem, other: LinearSystem, frequency: ArrayL
     return float(np.linalg.svd(first - second, compute_uv=False)[:, 0].max())
 
 
-CONFIDENCE = 1.96
-"""Half width of the band of a gain [standard deviations]: 95 % of a normal distribution."""
+CONFIDENCE = 1.96  # Half width of the band of a gain [standard deviations]: 95 % of a normal distribution
 
-FEWEST = 4
-"""Smallest number of pieces of a recording for a frequency response."""
+FEWEST = 4  # Smallest number of pieces of a recording for a frequency response
 
 _ALONE = 0.95  # share of the input's power in one piece, above which its residuals contain no information
 _OVERLAP = 1.0 + 2.0 / 36.0  # Hann-windowed pieces that overlap by half correlate with 1/6
@@ -104,19 +96,12 @@ _OVERLAP = 1.0 + 2.0 / 36.0  # Hann-windowed pieces that overlap by half correla
 
 @dataclass(frozen=True, eq=False)
 class MeasuredResponse:
-    """Measured gain from one signal to another.
+    """Measured gain from one signal to another."""
 
-    Args:
-        frequency: [Hz], (frequencies,)
-        gain: complex, output over input; NaN where the input has no power
-        coherence: share of the output's power that depends linearly on the input, 0 to 1
-        relative_deviation: standard deviation of the magnitude over the magnitude, and of the phase [rad]; NaN where
-            the input has no power
-    """
-
-    frequency: np.ndarray
-    gain: np.ndarray
-    coherence: np.ndarray
+    frequency: np.ndarray  # [Hz], (frequencies,)
+    gain: np.ndarray  # complex, output over input; NaN where the input has no power
+    coherence: np.ndarray  # share of the output's power that depends linearly on the input, 0 to 1
+    # standard deviation of the magnitude over the magnitude, and of the phase [rad]; NaN where the input has no power
     relative_deviation: np.ndarray
 
     def band(self) -> tuple[np.ndarray, np.ndarray]:

@@ -16,30 +16,20 @@ from tierod_lab.ground.cars.column_bench import ColumnBench
 from tierod_lab.ground.courses.bench import BenchHands
 from tierod_lab.papers.column.columns import SCATTERED
 
-PIECE = 60.0
-"""Duration of a simulated piece, so short that its arrays fit into the processor's cache [s]."""
-STEP = 1e-3
-"""Sampling interval [s]."""
+PIECE = 60.0  # Duration of a simulated piece, so short that its arrays fit into the processor's cache [s]
+STEP = 1e-3  # Sampling interval [s]
 ANGLE_NOISE, ANGLE_STEP, TORQUE_NOISE = math.radians(0.005), math.radians(0.01), 0.01
 """Noise and resolution of the angle sensor, noise of the torque sensor, as on the proving ground [rad, rad, N m]."""
 
 
 class Bench(NamedTuple):
-    """A randomly drawn bench.
+    """A randomly drawn bench."""
 
-    Args:
-        plant: bench with its own parameters
-        gain: gain of the torque sensor
-        offset: offset of the torque sensor [N m]
-        course: course of hands and motor
-        seed: seed of the noise
-    """
-
-    plant: ColumnBench
-    gain: float
-    offset: float
-    course: BenchHands
-    seed: int
+    plant: ColumnBench  # bench with its own parameters
+    gain: float  # gain of the torque sensor
+    offset: float  # offset of the torque sensor [N m]
+    course: BenchHands  # course of hands and motor
+    seed: int  # seed of the noise
 
 
 class Piece(NamedTuple):
@@ -51,31 +41,22 @@ class Piece(NamedTuple):
 
 
 class Score(NamedTuple):
-    """Detection delays and false changes of a monitor.
+    """Detection delays and false changes of a monitor."""
 
-    Args:
-        grabs, releases: detection delays of hands on and hands off [s]; infinite where undetected
-        firmness: standard deviation of the torque of every hold [N m]
-        false_on, false_off: changes to "on" without hands and to "off" with hands, after the correct first detection
-        uncertain: time in the state "uncertain" [s]
-        seconds: total time [s]
-    """
-
-    grabs: np.ndarray
+    grabs: np.ndarray  # grabs, releases: detection delays of hands on and hands off [s]; infinite where undetected
     releases: np.ndarray
-    firmness: np.ndarray
+    firmness: np.ndarray  # standard deviation of the torque of every hold [N m]
+    # false_on, false_off: changes to "on" without hands and to "off" with hands, after the correct first detection
     false_on: int
     false_off: int
-    uncertain: Annotated[float, "s"]
-    seconds: Annotated[float, "s"]
+    uncertain: Annotated[float, "s"]  # time in the state "uncertain" [s]
+    seconds: Annotated[float, "s"]  # total time [s]
 
 
 def drawn(seed: int, share: float, seconds: float, tremor: float = 0.03) -> Bench:
     """Draw a bench whose parameters and torque sensor gain are wrong by a share, either way, with a torque offset.
 
     Args:
-        seed: seed of all random numbers
-        share: relative error of each parameter
         seconds: duration of its course [s]
         tremor: standard deviation of the tremor of the hands [N m]
     """
@@ -124,7 +105,6 @@ def score(hands: np.ndarray, course: BenchHands) -> Score:
 
     Args:
         hands: estimated state of the hands by sample, as from `HandsMonitor`
-        course: true course of the hands
     """
     decided = decisions(hands)
     switches, ends = course.switches[:-1], course.switches[1:]

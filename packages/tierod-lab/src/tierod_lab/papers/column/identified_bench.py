@@ -18,8 +18,7 @@ from tierod_lab.ground.steering.friction import Dahl, DahlPower, DryFriction, La
 from tierod_lab.ground.steering.shaft import Ripple
 from tierod_lab.papers.column.swept_bench import NOISE
 
-SAMPLE_TIME = 1e-3
-"""Sampling interval [s]."""
+SAMPLE_TIME = 1e-3  # Sampling interval [s]
 
 EXPERIMENTS: dict[str, BenchTorque] = {
     "sweep, wheel free": BenchSweep(amplitude=0.3, lowest=0.3, highest=20.0, settle=0.2, time=6.2, wheel="free"),
@@ -66,8 +65,6 @@ def recorded(
     """Simulate all experiments and record them.
 
     Args:
-        plant: the bench
-        seed: seed of all noise
         torque_noise: standard deviation of an unrecorded motor torque per sample [N m]
         torque_gain: true torque of the motor over the recorded one [-]
         seconds: duration of every experiment; its own where None [s]

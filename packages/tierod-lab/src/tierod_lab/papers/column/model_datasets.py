@@ -36,8 +36,7 @@ from tierod_lab.studies.metrics import Row
 WHEEL, MOTOR, BAR = "steering_wheel_angle", "motor_angle_mechanical", "driver_torque"
 PRINTED = {(MOTOR,): 5, (WHEEL,): 5, (WHEEL, MOTOR): 6, (BAR,): 4, (MOTOR, BAR): 6, (WHEEL, BAR): 6}
 """Table 2 of the paper: number of observable states by set of sensors; all three together give 6."""
-TOLERANCES = tuple(10.0**k for k in range(-16, -5))
-"""Tolerances of a rank, relative to the largest singular value."""
+TOLERANCES = tuple(10.0**k for k in range(-16, -5))  # Tolerances of a rank, relative to the largest singular value
 
 
 class Member(NamedTuple):
@@ -157,10 +156,8 @@ def reductions(task: None) -> list[Row]:
     return rows
 
 
-LOWEST, HIGHEST = 1.0, 150.0
-"""Lowest and highest frequency at which the responses are compared [Hz]."""
-STEP, PIECE = 1e-3, 8.0
-"""Sampling interval, and length of the segments over which spectra are averaged [s]."""
+LOWEST, HIGHEST = 1.0, 150.0  # Lowest and highest frequency at which the responses are compared [Hz]
+STEP, PIECE = 1e-3, 8.0  # Sampling interval, and length of the segments over which spectra are averaged [s]
 
 
 @dataclass(frozen=True)
@@ -228,8 +225,7 @@ def frequency_gains(test: Excitation) -> list[Row]:
 WHEEL_SIDE = ("steering_wheel_inertia", "steering_wheel_damping")
 MOTOR_SIDE = ("motor_damping", "motor_friction", "motor_friction_stiffness")
 """Parameters found by instrumental variables (wheel) and by maximum likelihood (motor)."""
-SHORT = 3.2
-"""Duration of the recordings for the intervals [s]."""
+SHORT = 3.2  # Duration of the recordings for the intervals [s]
 
 
 def start() -> BenchParameters:

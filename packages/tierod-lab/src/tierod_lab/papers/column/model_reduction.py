@@ -18,7 +18,6 @@ def observability_gramian(system: LinearSystem, horizon: float | None = None) ->
     """Integral of exp(A't) C'C exp(At), (n, n).
 
     Args:
-        system: continuous
         horizon: upper limit of the integral [s]; None for infinity, where it exists for stable systems only
 
     Raises:
@@ -76,28 +75,22 @@ def _over(A: np.ndarray, Q: np.ndarray, horizon: float) -> np.ndarray:
     return np.asarray(0.5 * (gramian + gramian.T))
 
 
-DECAY = 1e-7
-"""Decay rate over the magnitude of the fastest eigenvalue, from which on a mode counts as decaying [-]."""
+DECAY = 1e-7  # Decay rate over the magnitude of the fastest eigenvalue, from which on a mode counts as decaying [-]
 
 _MINIMAL = 1e-11
 
 
 @dataclass(frozen=True, eq=False)
 class Balanced:
-    """A system in balanced coordinates z = to x, x = back z.
+    """A system in balanced coordinates z = to x, x = back z."""
 
-    Args:
-        system: in balanced coordinates; modes that do not decay first, then the others by falling Hankel values
-        to, back: (k, n) and (n, k); k is below n where a part of the state is not controllable or not observable
-        hankel: Hankel singular values of the decaying part
-        kept: number of the first states, which do not decay
-    """
-
+    # in balanced coordinates; modes that do not decay first, then the others by falling Hankel values
     system: LinearSystem
+    # to, back: (k, n) and (n, k); k is below n where a part of the state is not controllable or not observable
     to: np.ndarray
     back: np.ndarray
-    hankel: np.ndarray
-    kept: int
+    hankel: np.ndarray  # Hankel singular values of the decaying part
+    kept: int  # number of the first states, which do not decay
 
 
 def balanced(system: LinearSystem, shift: float | None = None) -> Balanced:
@@ -199,31 +192,21 @@ _SINGULAR = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Reduction:
-    """A system with fewer states, and its relation to the full one.
+    """A system with fewer states, and its relation to the full one."""
 
-    Args:
-        system: the reduced one; its states are combinations without unit, "mode 1", "mode 2", ...
-        onto: z = onto x, (order, n)
-        back, back_input: x = back z + back_input u, as far as z determines it, (n, order) and (n, inputs)
-        hankel: Hankel singular values of the decaying part, in scaled units, largest first; empty for a modal reduction
-        error_bound: bound of the largest gain of the difference over all frequencies, in scaled units: twice the sum of
-            the removed Hankel values (K. Glover, 1984); None where there is no bound
-    """
-
-    system: LinearSystem
-    onto: np.ndarray
+    system: LinearSystem  # the reduced one; its states are combinations without unit, "mode 1", "mode 2", ...
+    onto: np.ndarray  # z = onto x, (order, n)
+    # back, back_input: x = back z + back_input u, as far as z determines it, (n, order) and (n, inputs)
     back: np.ndarray
     back_input: np.ndarray
+    # Hankel singular values of the decaying part, in scaled units, largest first; empty for a modal reduction
     hankel: np.ndarray
+    # bound of the largest gain of the difference over all frequencies, in scaled units: twice the sum of the removed
+    # Hankel values (K. Glover, 1984); None where there is no bound
     error_bound: float | None
 
     def physical(self, *names: str, of: LinearSystem) -> LinearSystem:
-        """The reduced system with states of the full one as additional outputs, so that an observer estimates them.
-
-        Args:
-            names: states of the full system
-            of: the full system
-        """
+        """The reduced system with states of the full one as additional outputs, so that an observer estimates them."""
         rows = [of.states.index(name) for name in names]
         C = np.vstack([self.system.C, self.back[rows]])
         D = np.vstack([self.system.D, self.back_input[rows]])
@@ -246,7 +229,6 @@ def balanced_reduction(
     kept, or with a shift the whole system is balanced as if all modes decayed faster.
 
     Args:
-        system: continuous
         order: states of the reduced system, those that do not decay included
         rest: one of `RESTS`
         feed_through: whether the feed-through D from the removed states is kept; without it the steady state is wrong
@@ -273,8 +255,6 @@ def modal_reduction(system: LinearSystem, order: int, *, rest: str = "steady", f
     """Modal reduction: keep the slowest eigenvalues.
 
     Args:
-        system: continuous
-        order: number of eigenvalues to keep, smallest first
         rest, feed_through: as `balanced_reduction`
 
     Raises:

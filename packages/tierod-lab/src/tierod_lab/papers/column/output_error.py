@@ -18,8 +18,7 @@ from tierod.methods.identification.experiment import Estimate, Experiment, Free,
 from tierod.methods.identification.maximum_likelihood import Simulation
 from tierod.methods.identification.regression import sandwich
 
-_FAR = 1e6
-"""Residual of a diverged simulation, in standard deviations."""
+_FAR = 1e6  # Residual of a diverged simulation, in standard deviations
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,14 +29,11 @@ class OutputError:
     drift and biases the estimate; `MaximumLikelihood` models such a torque.
 
     Args:
-        model: discrete model
         parameters: parameters of the model: values of those that are not free, and start of the search
-        free: the estimated parameters
         output_deviation: standard deviation of the noise of every output, which weights the residuals
         free_states: names of the entries of the initial state that are estimated in every experiment; the others are
             taken from the experiment
         bounds: bounds of a positive parameter, as factors on its start
-        most_steps: largest number of evaluations in the search
 
     Source: Raffone, eqs (5) and (6), weighted by the noise of the outputs.
     """
@@ -60,8 +56,6 @@ class OutputError:
 
         Args:
             place: coordinates of the free parameters, then the free initial states of one experiment after the other
-            experiment: the experiment
-            number: index of the experiment among all
         """
         count = len(self.free)
         initial = list(experiment.initial_mean)

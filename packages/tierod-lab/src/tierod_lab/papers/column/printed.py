@@ -78,7 +78,6 @@ class PrintedObserver:
     Args:
         filter: filter of the column, full or reduced
         shown: matrix from the filter's state to the estimate, rows as in `PrintedEstimate`
-        fed: its feed-through from the motor's torque
 
     It starts at rest with zero angle; missing samples are treated as in `StationaryFilter`.
 
@@ -98,7 +97,6 @@ class PrintedObserver:
         """An observer of a column with gear.
 
         Args:
-            parameters: parameters of the column
             column: one of `COLUMNS`
             sample_time: sampling interval [s]
             noises: walks of both torques, noises of the sensors
@@ -150,7 +148,6 @@ def reduced(parameters: ColumnParameters, column: str) -> LinearSystem:
     """The continuous column of an observer of the paper, with states of wheel and motor as additional outputs.
 
     Args:
-        parameters: parameters of the column with gear
         column: one of `COLUMNS`
 
     Raises:

@@ -17,13 +17,10 @@ from tierod.vehicles import load
 from tierod_lab.ground.cars.column_bench import Acting, BenchPorts, BenchSignals, BenchState, ColumnBench
 from tierod_lab.ground.parts import NO_FAULT
 
-AMPLITUDE = math.radians(30.0)
-"""Amplitude of the sweep, as in figure 10 of the paper [rad]."""
+AMPLITUDE = math.radians(30.0)  # Amplitude of the sweep, as in figure 10 of the paper [rad]
 HIGHEST = 3.0
-LOWEST = 0.1
-"""Highest and lowest frequency of the sweep [Hz]."""
-SETTLE = 1.0
-"""Time at rest before the sweep [s]."""
+LOWEST = 0.1  # Highest and lowest frequency of the sweep [Hz]
+SETTLE = 1.0  # Time at rest before the sweep [s]
 NOISE = {"steering_wheel_angle": math.radians(0.05), "motor_angle_mechanical": math.radians(0.2), "driver_torque": 0.02}
 """Standard deviation of the sensor noise [rad, rad, N·m]."""
 
@@ -42,19 +39,12 @@ class Demand(NamedTuple):
 
 @dataclass(frozen=True)
 class SweptBench:
-    """A bench whose motor follows an angle by PD control with feed-forward of inertia and damping.
+    """A bench whose motor follows an angle by PD control with feed-forward of inertia and damping."""
 
-    Args:
-        bench: the plant
-        stiffness: proportional gain at the steering wheel axis [N m/rad]
-        damping: derivative gain at the steering wheel axis [N m s/rad]
-        highest_torque: largest torque of the motor at its shaft [N m]
-    """
-
-    bench: ColumnBench = field(default_factory=ColumnBench)
-    stiffness: Annotated[float, "N*m/rad"] = 150.0
-    damping: Annotated[float, "N*m*s/rad"] = 5.0
-    highest_torque: Annotated[float, "N*m"] = 3.0
+    bench: ColumnBench = field(default_factory=ColumnBench)  # the plant
+    stiffness: Annotated[float, "N*m/rad"] = 150.0  # proportional gain at the steering wheel axis [N m/rad]
+    damping: Annotated[float, "N*m*s/rad"] = 5.0  # derivative gain at the steering wheel axis [N m s/rad]
+    highest_torque: Annotated[float, "N*m"] = 3.0  # largest torque of the motor at its shaft [N m]
 
     Sample = Demand
 
@@ -129,7 +119,6 @@ def swept(
     Args:
         hands: one of `HANDS`
         seconds: duration [s]
-        seed: seed of noise and hands
         bench: the plant; the default one where None
         pace: pace of the sweep, see `demands`
 
@@ -153,14 +142,12 @@ def swept(
     return columns
 
 
-FROM = 0.5
-"""Warm-up of the observers, which start at rest without further knowledge; errors count after it [s]."""
+FROM = 0.5  # Warm-up of the observers, which start at rest without further knowledge; errors count after it [s]
 
 SIGNALS = ("motor_torque", "steering_wheel_angle", "motor_angle_mechanical", "driver_torque")
 """Signals in the order of `ColumnSample`."""
 
-DELAY = 20
-"""Lag of the delayed estimate in samples: 20 ms."""
+DELAY = 20  # Lag of the delayed estimate in samples: 20 ms
 
 
 Change = Callable[[np.ndarray], np.ndarray]
@@ -173,17 +160,11 @@ def known_column() -> ColumnParameters:
 
 @dataclass(frozen=True)
 class Errors:
-    """Root mean square errors of an observer over some runs.
+    """Root mean square errors of an observer over some runs."""
 
-    Args:
-        hand_torque: error of the hand torque [N m]
-        disturbance_torque: error of the disturbance torque [N m]; NaN where it is not estimated
-        nis: mean normalised innovation squared; NaN where the observer has none
-    """
-
-    hand_torque: float
-    disturbance_torque: float
-    nis: float
+    hand_torque: float  # error of the hand torque [N m]
+    disturbance_torque: float  # error of the disturbance torque [N m]; NaN where it is not estimated
+    nis: float  # mean normalised innovation squared; NaN where the observer has none
 
 
 def samples(run: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -204,7 +185,6 @@ def errors(
     Args:
         block: observer of `ColumnSample`
         runs: results of `swept`
-        delay: lag of the estimate in samples
         change: function that falsifies the samples before the observer; none where None
     """
     hand, disturbance, nis = [], [], []

@@ -14,8 +14,7 @@ from tierod.monitors.harness.session import Variant
 from tierod.vehicles import Vehicle
 from tierod_lab.papers.column.printed import PrintedObserver
 
-_BARE = ("statement.deviation", "disturbance_torque_deviation", "nis")
-"""Outputs that these filters lack."""
+_BARE = ("statement.deviation", "disturbance_torque_deviation", "nis")  # Outputs that these filters lack
 
 
 def _printed(column: str) -> Observer:

@@ -44,7 +44,6 @@ def campaign(effort: Effort, share: float = 1.0, swing: bool = True) -> list[Dri
     """Tests with one actuator lost, on all vehicles; a few tests on one vehicle if quick.
 
     Args:
-        effort: effort of the study
         share: lost share of the torque [-]
         swing: whether the split of the steering torque alternates
     """
@@ -56,7 +55,6 @@ def supply_campaign(effort: Effort, share: float = 1.0, swing: bool = True) -> l
     """Tests with both motors or both drives lost, on all vehicles; on one round of one vehicle if quick.
 
     Args:
-        effort: effort of the study
         share: share of the torque that both lose [-]
         swing: whether the split of the steering torque alternates
     """

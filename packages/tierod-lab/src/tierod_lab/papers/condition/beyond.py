@@ -41,13 +41,11 @@ PAIRS_TEXT = (
     "Two sensors at once, both lost or both with an offset, and a sensor with an actuator; the second one fails 2 s "
     "after the first. Right is who names both and nothing else most of the time in which both show.",
 )
-SIZES = (0.5, 1.0, 2.0)
-"""Fault magnitudes of the campaign of kinds, in multiples of the tests' offsets."""
+SIZES = (0.5, 1.0, 2.0)  # Fault magnitudes of the campaign of kinds, in multiples of the tests' offsets
 SMALL = (0.05, 0.07, 0.1, 0.14, 0.2, 0.3, 0.4, 0.55, 0.75, 1.0)
 """Fault magnitudes of the curve of detectable sizes, in multiples of the tests' offsets."""
 
-TIMES = np.geomspace(0.04, 20.0, 55)
-"""Times of that curve [s]."""
+TIMES = np.geomspace(0.04, 20.0, 55)  # Times of that curve [s]
 
 
 def items(effort: Effort) -> Iterator[Item]:

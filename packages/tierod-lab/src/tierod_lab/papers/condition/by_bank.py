@@ -23,13 +23,9 @@ from tierod_lab.papers.condition.truth import Declared
 
 @dataclass
 class Known:
-    """A calibrated bank, which each process builds on first use, since blocks are not pickled.
+    """A calibrated bank, which each process builds on first use, since blocks are not pickled."""
 
-    Args:
-        vehicle: vehicle with calibrated parameters and limits
-    """
-
-    vehicle: Vehicle
+    vehicle: Vehicle  # vehicle with calibrated parameters and limits
     _bank: Bank | None = field(default=None, init=False, repr=False, compare=False)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -63,7 +59,6 @@ def declared_of(result: Result, time: np.ndarray) -> Declared:
     """Declarations of any variant of the monitor.
 
     Args:
-        result: outputs of a block that makes statements
         time: sampling times [s]
     """
     # The last kind, an actuator's loss of torque, is called a loss by the faults of the study.

@@ -17,21 +17,15 @@ from tierod_lab.papers.condition.rules.parameters import ResidualParameters
 from tierod_lab.papers.condition.rules.rule_monitor import RuleMonitor, rule_monitor
 from tierod_lab.papers.condition.truth import NOTHING, Declared
 
-PRINTED = "rules-printed"
-"""Variant whose equations keep their misprints."""
+PRINTED = "rules-printed"  # Variant whose equations keep their misprints
 
 
 @dataclass
 class Known:
-    """Calibrated rules, which each process builds on first use, since blocks are not pickled.
+    """Calibrated rules, which each process builds on first use, since blocks are not pickled."""
 
-    Args:
-        car: parameters of the vehicle file
-        calibrations: calibration, by whether the misprints are kept
-    """
-
-    car: ResidualParameters
-    calibrations: Mapping[bool, ResidualCalibration]
+    car: ResidualParameters  # parameters of the vehicle file
+    calibrations: Mapping[bool, ResidualCalibration]  # calibration, by whether the misprints are kept
     _monitors: dict[str, RuleMonitor] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def __getstate__(self) -> dict[str, Any]:

@@ -11,16 +11,11 @@ import numpy as np
 from tierod_lab.papers.condition.scoring import FOUND, MISSED, NEVER, DriveScore, FaultScore
 from tierod_lab.papers.condition.summary import injected_name
 
-MOST = 4
-"""Largest number of items of a list that are written out."""
+MOST = 4  # Largest number of items of a list that are written out
 
 
 def wrong_time(of: Sequence[DriveScore]) -> str:
-    """Cause of a low accuracy: parts of the time with a wrong state, mean over all drives and in the worst one.
-
-    Args:
-        of: drives with one fault each
-    """
+    """Cause of a low accuracy: parts of the time with a wrong state, mean over all drives and in the worst one."""
     faults = _faults(of)
     if not faults:
         return ""
@@ -49,7 +44,6 @@ def late(of: Sequence[DriveScore], delay: Callable[[FaultScore], float]) -> str:
     """Cause of a long delay: the longest one and the median.
 
     Args:
-        of: scores of drives
         delay: function that gives the delay of a detected fault [s]
     """
     found = [(drive, delay(fault)) for drive, fault in _faults(of) if fault.outcome == FOUND]

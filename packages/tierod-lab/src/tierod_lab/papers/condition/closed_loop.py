@@ -29,17 +29,11 @@ TEXT = (
 
 
 class Driven(NamedTuple):
-    """A drive with a fault inside the loop.
+    """A drive with a fault inside the loop."""
 
-    Args:
-        score: score of the diagnosis
-        seconds: duration of the run
-        farthest: largest distance from the middle of the lane
-    """
-
-    score: DriveScore
-    seconds: Annotated[float, "s"]
-    farthest: Annotated[float, "m"]
+    score: DriveScore  # score of the diagnosis
+    seconds: Annotated[float, "s"]  # duration of the run
+    farthest: Annotated[float, "m"]  # largest distance from the middle of the lane
 
 
 def drives(effort: Effort) -> list[Drive]:

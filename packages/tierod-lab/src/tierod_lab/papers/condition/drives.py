@@ -26,8 +26,7 @@ from tierod_lab.papers.condition.vehicles import LATER, LONG, SHORT, THIRD, Vehi
 LOSS, STUCK, OFFSET, GAIN, DRIFT, OUTLIER, NOISE, DELAY = (
     *("loss", "stuck", "offset", "gain", "drift", "outlier", "noise", "delay"),
 )
-KINDS = (LOSS, STUCK, OFFSET, GAIN, DRIFT, OUTLIER, NOISE, DELAY)
-"""Kinds of sensor faults; an actuator has losses only."""
+KINDS = (LOSS, STUCK, OFFSET, GAIN, DRIFT, OUTLIER, NOISE, DELAY)  # Kinds of sensor faults; an actuator has losses only
 
 OFFSETS = {
     "wheel_speed_rear_left": 2.0,
@@ -39,8 +38,7 @@ OFFSETS = {
 }
 """Offset of every sensor in the tests, in the unit of its signal; the paper prints none."""
 
-OUTLIER_FACTOR = 3.0
-"""Factor on the signal during an outlier of one second; the paper prints none."""
+OUTLIER_FACTOR = 3.0  # Factor on the signal during an outlier of one second; the paper prints none
 
 TORQUES = {
     "steering_motor_1": "steering_motor_1_torque",
@@ -63,23 +61,16 @@ _READ_IN_THE_LOOP = ("wheel_speed_rear_left", "wheel_speed_rear_right", "yaw_rat
 
 @dataclass(frozen=True)
 class Injected:
-    """One injected fault of a drive, the truth for its score.
+    """One injected fault of a drive, the truth for its score."""
 
-    Args:
-        element: signal of a sensor, or name of an actuator ("steering_motor_1")
-        kind: one of `KINDS`
-        size: fault magnitude: offset in the unit of the signal, factor of a gain or outlier, drift per second, standard
-            deviation of noise, delay in seconds, lost share of an actuator's torque; NaN for a kind without one
-        start, end: beginning and end of the fault
-        in_the_loop: whether the automated driver uses the faulty reading, as well as the recording
-    """
-
-    element: str
-    kind: str
+    element: str  # signal of a sensor, or name of an actuator ("steering_motor_1")
+    kind: str  # one of `KINDS`
+    # fault magnitude: offset in the unit of the signal, factor of a gain or outlier, drift per second, standard
+    # deviation of noise, delay in seconds, lost share of an actuator's torque; NaN for a kind without one
     size: float = math.nan
-    start: Annotated[float, "s"] = 20.0
+    start: Annotated[float, "s"] = 20.0  # start, end: beginning and end of the fault
     end: Annotated[float, "s"] = 40.0
-    in_the_loop: bool = False
+    in_the_loop: bool = False  # whether the automated driver uses the faulty reading, as well as the recording
 
     @property
     def name(self) -> str:
@@ -115,46 +106,32 @@ def lost(actuator: str, share: float = 1.0, start: float = 104.0, end: float = 2
     """A loss of torque of an actuator.
 
     Args:
-        actuator: its name
         share: lost share of the torque [-]
         start, end: beginning and end of the fault [s]; by default those of Figures 12 to 17 of Li, Frey, Gauterin
     """
     return Injected(actuator, LOSS, share, start, end)
 
 
-SENSORS = tuple(OFFSETS)
-"""Sensors into which faults are injected."""
+SENSORS = tuple(OFFSETS)  # Sensors into which faults are injected
 ACTUATORS = ("steering_motor_1", "steering_motor_2", "drive_left", "drive_right")
 """Actuators into which faults are injected."""
 
-TEST_SECONDS, ACTUATOR_SECONDS = 60.0, 200.0
-"""Duration of the paper's tests of sensors and of actuators [s]."""
-LEG = 600.0
-"""Longest duration of a single drive [s]."""
-UNSEEN = 1000
-"""First number of the random rounds that no calibration uses."""
+TEST_SECONDS, ACTUATOR_SECONDS = 60.0, 200.0  # Duration of the paper's tests of sensors and of actuators [s]
+LEG = 600.0  # Longest duration of a single drive [s]
+UNSEEN = 1000  # First number of the random rounds that no calibration uses
 
 
 @dataclass(frozen=True)
 class Drive:
-    """One drive to be recorded.
+    """One drive to be recorded."""
 
-    Args:
-        course: name of a course, see `vehicles.course`
-        seconds: duration
-        vehicle: number of the demonstrator, see `vehicles.vehicle`
-        seed: seed of sensor noise, slopes and wind
-        injected: injected faults
-        swing: whether the split of the steering torque alternates
-        later: property that has changed since the calibration, and its factor, see `vehicles.changed`
-    """
-
-    course: str
-    seconds: Annotated[float, "s"]
-    vehicle: int = 1
-    seed: int = 0
-    injected: tuple[Injected, ...] = ()
-    swing: bool = True
+    course: str  # name of a course, see `vehicles.course`
+    seconds: Annotated[float, "s"]  # duration
+    vehicle: int = 1  # number of the demonstrator, see `vehicles.vehicle`
+    seed: int = 0  # seed of sensor noise, slopes and wind
+    injected: tuple[Injected, ...] = ()  # injected faults
+    swing: bool = True  # whether the split of the steering torque alternates
+    # property that has changed since the calibration, and its factor, see `vehicles.changed`
     later: tuple[str, float] | None = None
 
     @property
@@ -175,7 +152,6 @@ def calibration_drives(vehicle: int = 1, swing: bool = True) -> tuple[Drive, tup
     """Fault-free drives on random rounds: five minutes for the parameters, and an hour for the thresholds.
 
     Args:
-        vehicle: number of the demonstrator
         swing: see `Drive`
     """
     first = Drive("round-0", 300.0, vehicle, 900 + vehicle, (), swing)
@@ -188,7 +164,6 @@ def healthy_drives(hours: float, vehicles: Sequence[int] = (1, 2, 3), swing: boo
 
     Args:
         hours: total duration [h]
-        vehicles: numbers of the demonstrators
         swing: see `Drive`
     """
     count = max(round(hours * 3600.0 / LEG), 1)
@@ -206,7 +181,6 @@ def changed_drives(hours: float, share: float = 0.1, vehicles: Sequence[int] = (
     Args:
         hours: total duration [h]
         share: relative change, up and down in turn [-]
-        vehicles: numbers of the demonstrators
     """
     # A change stays for one turn of all vehicles, so that every vehicle gets every change.
     changes = [(what, 1.0 + sign * share) for what in LATER for sign in (1.0, -1.0)]
@@ -235,7 +209,6 @@ def sensor_tests(vehicle: int = 1, in_the_loop: bool = False, swing: bool = True
     """The 48 tests of the sensors: six sensors, four faults, short and long round.
 
     Args:
-        vehicle: number of the demonstrator
         in_the_loop: whether the automated driver uses the faulty reading as well
         swing: see `Drive`
     """
@@ -254,7 +227,6 @@ def actuator_tests(vehicle: int = 1, share: float = 1.0, swing: bool = True) -> 
     round, the left one on the two others.
 
     Args:
-        vehicle: number of the demonstrator
         share: lost share of the torque [-]
         swing: see `Drive`
     """
@@ -270,7 +242,6 @@ def supply_tests(vehicle: int = 1, share: float = 1.0, swing: bool = True) -> li
     """Tests with a common cause, such as a lost supply: both steering motors or both drives lost, on three rounds.
 
     Args:
-        vehicle: number of the demonstrator
         share: share of the torque that both lose [-]
         swing: see `Drive`
     """
@@ -292,7 +263,6 @@ def more_kinds(
     """Drives with every kind of fault of every sensor, in several sizes.
 
     Args:
-        vehicle: number of the demonstrator
         course, seed, seconds: see `Drive`
         sizes: multiples of the offset of the tests; the other kinds are scaled to disturb the reading as much
     """

@@ -23,8 +23,7 @@ from tierod_lab.papers.condition.truth import Declared, truths
 from tierod_lab.papers.condition.vehicles import SHORT
 from tierod_lab.studies.effort import Effort
 
-RULES = "rules"
-"""Variant whose residuals and thresholds are shown: the corrected equations."""
+RULES = "rules"  # Variant whose residuals and thresholds are shown: the corrected equations
 
 TEXT = (
     "The cases that the paper shows, on our short round: a lost left rear wheel speed (7, 8, 10), both steering motors "
@@ -36,8 +35,7 @@ BOTH = (
     "rules name both as one of several."
 )
 UNITS = ("m/s", "m/s", "rad/s", "rad", "N·m", "N")
-EIGHT = tuple(f"r{number}a" for number in range(1, 9))
-"""Residuals of the actuators in the paper."""
+EIGHT = tuple(f"r{number}a" for number in range(1, 9))  # Residuals of the actuators in the paper
 _SEED, _LATE = 11, 21
 
 

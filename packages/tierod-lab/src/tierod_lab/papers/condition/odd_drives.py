@@ -18,19 +18,13 @@ from tierod_lab.papers.condition.drives import SENSORS, TARGETS, Drive
 from tierod_lab.papers.condition.recorded import as_recorded, recorded
 from tierod_lab.papers.condition.vehicles import LONG, SHORT, vehicle
 
-STEERING = ("steering_wheel_angle", "steering_shaft_torque", "tie_rod_force")
-"""Signals of the steering bus."""
+STEERING = ("steering_wheel_angle", "steering_shaft_torque", "tie_rod_force")  # Signals of the steering bus
 SECONDS = 60.0
-HALT = 60.0
-"""Position of the halt on ice along the round [m]."""
+HALT = 60.0  # Position of the halt on ice along the round [m]
 
 
 def odd_drives(number: int = 1) -> dict[str, Recording]:
-    """Unusual recordings of a fault-free vehicle, by name.
-
-    Args:
-        number: number of the demonstrator
-    """
+    """Unusual recordings of a fault-free vehicle, by name."""
     usual = recorded(Drive(SHORT, SECONDS, number, 71))
     long = recorded(Drive(LONG, SECONDS, number, 72))
     found = {
@@ -74,7 +68,6 @@ def on_ice(number: int, name: str, seconds: float = SECONDS) -> Recording:
     """A fault-free drive on a slippery road.
 
     Args:
-        number: number of the demonstrator
         name: name in `SLIPPERY`
         seconds: duration [s]
     """
@@ -150,8 +143,6 @@ def ending(recording: Recording, names: Iterable[str], start: float, how: str = 
     """A recording in which some channels end.
 
     Args:
-        recording: original recording
-        names: names of the channels
         start: time at which they end [s]
         how: "silent" without values, "zero", or "held" at the last value
     """
@@ -167,8 +158,6 @@ def with_gaps(recording: Recording, names: Iterable[str], length: float, every: 
     """A recording in which some channels have periodic gaps.
 
     Args:
-        recording: original recording
-        names: names of the channels
         length: duration of a gap [s]
         every: period of the gaps [s]; the first one begins after half a period
     """

@@ -46,19 +46,12 @@ TEXT = (
 
 
 class Judged(NamedTuple):
-    """Diagnosis of the recording of a car.
+    """Diagnosis of the recording of a car."""
 
-    Args:
-        quiet: score of the unchanged recording after its learning part
-        found: scores with every fault; observable by the less accurate of the two criteria below
-        asked: the same, observable by the accuracy required of the demonstrator's sensors
-        own: the same, observable by the accuracy that the other sensors of this car reach
-    """
-
-    quiet: DriveScore
-    found: list[DriveScore]
-    asked: list[DriveScore]
-    own: list[DriveScore]
+    quiet: DriveScore  # score of the unchanged recording after its learning part
+    found: list[DriveScore]  # scores with every fault; observable by the less accurate of the two criteria below
+    asked: list[DriveScore]  # the same, observable by the accuracy required of the demonstrator's sensors
+    own: list[DriveScore]  # the same, observable by the accuracy that the other sensors of this car reach
 
 
 def items(effort: Effort) -> Iterator[Item]:
@@ -166,11 +159,7 @@ def _beside(own: Mapping[str, float]) -> str:
 
 
 def at_other_instants(here: Mapping[RealCar, Recording]) -> Table:
-    """Table of the bank with the same faults at many instants of the judged part.
-
-    Args:
-        here: available recordings, by car
-    """
+    """Table of the bank with the same faults at many instants of the judged part."""
     rows = []
     for car, recording in here.items():
         first, last = recording.span
@@ -229,8 +218,6 @@ def judged(
     """Scores of a recording after its learning part, unchanged and with every injected fault.
 
     Args:
-        car: car of the recording
-        recording: original recording
         name: diagnosis, the bank or the rules that discriminate
         quick: whether each fault is injected at one instant only
         kinds: function that gives the faults of a sensor from its name, start [s] and duration [s]; those of the tests
@@ -257,7 +244,6 @@ def faults_of(sensor: str, start: float, lasting: float) -> tuple[Injected, ...]
     """The faults of the tests for one sensor.
 
     Args:
-        sensor: signal of the sensor
         start: beginning of the faults on the clock of the recording [s]
         lasting: duration of all but the outlier, which lasts for a second [s]
     """

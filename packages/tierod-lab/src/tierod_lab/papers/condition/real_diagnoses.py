@@ -26,15 +26,13 @@ from tierod_lab.papers.condition.rules.routes import steer_of_rolling
 from tierod_lab.papers.condition.rules.rule_monitor import RuleMonitor, rule_monitor
 from tierod_lab.papers.condition.truth import Declared
 
-SETTLED = 2.0
-"""Warm-up at the start of a recording, which is not used [s]."""
+SETTLED = 2.0  # Warm-up at the start of a recording, which is not used [s]
 
 
 def said(bank: Bank, recording: Recording) -> Declared:
     """Declarations of the bank over a recording.
 
     Args:
-        bank: bank of the car
         recording: recording, with or without injected faults
     """
     samples = sampled(recording)
@@ -45,10 +43,6 @@ def accuracy(car: RealCar, recording: Recording) -> dict[str, float]:
     """Accuracy with which the other sensors of a car estimate each reading [unit of the sensor].
 
     It is the root mean square error of the filter that leaves the sensor out, on the learning part of the recording.
-
-    Args:
-        car: car of the recording
-        recording: fault-free recording
     """
     samples, base = sampled(recording), RollingFilter.of_vehicle(car.known)
     found = {}
@@ -69,8 +63,6 @@ def healthy_ratios(car: RealCar, recording: Recording, start: float, stop: float
     Three values: of the short mean, for hypotheses with and without wheels; of the long mean, for any hypothesis.
 
     Args:
-        car: car of the recording
-        recording: fault-free recording
         start, stop: bounds of the part, from the start of the recording [s]
     """
     explanations = hypotheses_of_cars()
@@ -87,18 +79,13 @@ def healthy_ratios(car: RealCar, recording: Recording, start: float, stop: float
 RULES = "rules-discriminating"
 MARGIN = 1.5
 """Ratio of a threshold to the largest fault-free residual [-]: larger than the paper's, as there is little data."""
-OFFSET_START = 0.5
-"""Standard deviation of the accelerometer's offset on roads with 5 % of grade [m/s**2]."""
+OFFSET_START = 0.5  # Standard deviation of the accelerometer's offset on roads with 5 % of grade [m/s**2]
 OFFSET_GROWTH = 0.05
 """Random walk of that offset where the grade changes within a few hundred metres [m/s**2 after a second]."""
 
 
 def parameters_of(car: RealCar) -> ResidualParameters:
-    """Known parameters of a car; those that only the residuals of the steering torques need are placeholders.
-
-    Args:
-        car: the car
-    """
+    """Known parameters of a car; those that only the residuals of the steering torques need are placeholders."""
     known = car.known
     names = ("mass", "yaw_inertia", "front_distance", "rear_distance", "steering_ratio", "track_width")
     tyres = ("front_cornering_stiffness", "rear_cornering_stiffness")
@@ -117,7 +104,6 @@ def learnt(car: RealCar, recording: Recording) -> RuleMonitor:
     """The rules for a car, with understeer and thresholds from the learning part of its recording.
 
     Args:
-        car: the car
         recording: its recording on one time grid, see `on_grid`
     """
     samples = samples_of(recording)[: round(car.learning * RATE)]

@@ -12,39 +12,28 @@ from tierod.core.recording import Channel, Recording
 from tierod.vehicles import Vehicle, load
 from tierod_lab.papers.real_data import recorded
 
-RATE = 100.0
-"""Sampling rate of the grid [Hz]."""
+RATE = 100.0  # Sampling rate of the grid [Hz]
 
 SENSORS = ("wheel_speed_rear_left", "wheel_speed_rear_right", "yaw_rate", "steering_wheel_angle")
 """Judged sensors that production cars have."""
 
 _LATERAL = "lateral_acceleration"
 _ALONG = "longitudinal_acceleration"
-_SMOOTHING = 0.2
-"""Window of the moving average of the front wheel speed before it is differentiated [s]."""
+_SMOOTHING = 0.2  # Window of the moving average of the front wheel speed before it is differentiated [s]
 
 
 @dataclass(frozen=True)
 class RealCar:
-    """A recording of a real car.
+    """A recording of a real car."""
 
-    Args:
-        name: name of the car for tables
-        file: folder and file name of the recording
-        vehicle: name of its vehicle file
-        dbc: bus database, if the recording needs one
-        learning: duration of the first part, on which constants and accuracies are determined; the rest is judged
-        starts: beginnings of the injected faults on the clock of the recording [s]
-        lasting: duration of each fault
-    """
-
-    name: str
-    file: tuple[str, str]
-    vehicle: str
-    dbc: str | None
+    name: str  # name of the car for tables
+    file: tuple[str, str]  # folder and file name of the recording
+    vehicle: str  # name of its vehicle file
+    dbc: str | None  # bus database, if the recording needs one
+    # duration of the first part, on which constants and accuracies are determined; the rest is judged
     learning: Annotated[float, "s"]
-    starts: tuple[float, ...]
-    lasting: Annotated[float, "s"]
+    starts: tuple[float, ...]  # beginnings of the injected faults on the clock of the recording [s]
+    lasting: Annotated[float, "s"]  # duration of each fault
 
     @property
     def known(self) -> Vehicle:
@@ -60,9 +49,6 @@ def on_grid(made: Recording) -> Recording:
     """All signals that the rules need, on one time grid.
 
     A missing longitudinal acceleration is derived from the front wheel speeds, which the rules do not use.
-
-    Args:
-        made: recording of a real car
     """
     wanted = (*SENSORS, _LATERAL, *([_ALONG] if _ALONG in made else []))
     first = max(made[name].time[0] for name in wanted)

@@ -18,8 +18,7 @@ from tierod_lab.papers.condition.drives import TARGETS, TORQUES, Drive, calibrat
 from tierod_lab.papers.condition.vehicles import MEASURED, course
 from tierod_lab.studies.effort import Effort
 
-RATE = 100.0
-"""Sampling rate of all channels [Hz]."""
+RATE = 100.0  # Sampling rate of all channels [Hz]
 
 TRUTHS = {
     "truth_wheel_speed_rear_left": "m/s",
@@ -45,8 +44,7 @@ TRUTHS = {
 }
 """True signals that are kept beside the measured ones -> unit."""
 
-UNITS = {name: SIGNALS[name].unit for name in MEASURED} | TRUTHS
-"""Channel -> unit, for all channels of a recording."""
+UNITS = {name: SIGNALS[name].unit for name in MEASURED} | TRUTHS  # Channel -> unit, for all channels of a recording
 
 
 def outcome(drive: Drive) -> Outcome:
@@ -61,9 +59,6 @@ def recorded(drive: Drive) -> Recording:
 
     Faults that affect the recording alone are injected into the recording of the drive without them, so that several
     drives share one simulation.
-
-    Args:
-        drive: the drive
     """
     late = tuple(each for each in drive.injected if each.in_recording_alone)
     driven = replace(drive, injected=tuple(each for each in drive.injected if not each.in_recording_alone))
@@ -98,10 +93,6 @@ def _recording(columns: dict[str, np.ndarray]) -> Recording:
 def deviations(drive: Drive, recording: Recording) -> dict[str, np.ndarray]:
     """Deviation of every faulty element from its fault-free value at each sample.
 
-    Args:
-        drive: drive with its faults
-        recording: recording of the drive
-
     Returns:
         by element: reading of a sensor less that of a fault-free sensor without noise, in its unit; commanded less
         delivered torque of an actuator [N*m]
@@ -131,8 +122,6 @@ def each(work: Callable[[Drive, Recording], Any], drives: Sequence[Drive], effor
 
     Args:
         work: importable function of drive and recording with picklable results, or a partial of one
-        drives: the drives
-        effort: effort of the study, with the workers
 
     Raises:
         InputError: a drive failed, with the reason
@@ -146,28 +135,20 @@ def _worked(work: Callable[[Drive, Recording], Any], drive: Drive) -> Any:
 
 QUICK_SECONDS = 80.0
 """Driving for the parameters of a quick study [s]; little more than a calibration requires at least."""
-QUICK_DRIVES = 2
-"""Drives of ten minutes for the limits of a quick study; with fewer, limits cannot be designed."""
+QUICK_DRIVES = 2  # Drives of ten minutes for the limits of a quick study; with fewer, limits cannot be designed
 
 
 class CalibrationSet(NamedTuple):
-    """Fault-free recordings of a vehicle for its calibration.
+    """Fault-free recordings of a vehicle for its calibration."""
 
-    Args:
-        fitted: recordings for the parameters
-        healthy: recordings for limits and thresholds
-    """
-
-    fitted: list[Recording]
-    healthy: list[Recording]
+    fitted: list[Recording]  # recordings for the parameters
+    healthy: list[Recording]  # recordings for limits and thresholds
 
 
 def calibration_set(number: int, quick: bool, drives: int = QUICK_DRIVES) -> CalibrationSet:
     """Five fault-free minutes and an hour of a vehicle; if quick, 80 s and a few drives of ten minutes.
 
     Args:
-        number: number of the demonstrator
-        quick: whether the set is short
         drives: number of drives of ten minutes in a short set
     """
     first, hour = calibration_drives(number)

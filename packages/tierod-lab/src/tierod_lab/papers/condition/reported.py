@@ -9,11 +9,9 @@ from tierod.vehicles import load
 from tierod_lab.campaign.code import reported_seed
 from tierod_lab.studies.effort import Effort
 
-COUNT = 3
-"""Number of demonstrators in the tests."""
+COUNT = 3  # Number of demonstrators in the tests
 
-USED = 100
-"""Demonstrators up to this number were used while thresholds were chosen, and are not reported."""
+USED = 100  # Demonstrators up to this number were used while thresholds were chosen, and are not reported
 
 
 @cache

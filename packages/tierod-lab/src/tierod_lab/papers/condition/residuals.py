@@ -45,17 +45,11 @@ USUAL = Excitation(8.0, 0.2, 2.0, 0.5)
 
 @dataclass(frozen=True)
 class JudgedResidual:
-    """One residual with its decision.
+    """One residual with its decision."""
 
-    Args:
-        residual: entry of the catalogue
-        deviation: fault-free standard deviation, in its unit
-        threshold: threshold, fixed or adaptive
-    """
-
-    residual: Residual
-    deviation: Annotated[float, "unit of the signal"]
-    threshold: ResidualThreshold
+    residual: Residual  # entry of the catalogue
+    deviation: Annotated[float, "unit of the signal"]  # fault-free standard deviation, in its unit
+    threshold: ResidualThreshold  # threshold, fixed or adaptive
 
     @property
     def distance(self) -> str:
@@ -81,10 +75,6 @@ class JudgedResidual:
 
 def judged(name: str, calibration: ResidualCalibration) -> JudgedResidual:
     """A residual with its decision by a calibration.
-
-    Args:
-        name: name of the residual
-        calibration: calibration on fault-free drives
 
     Raises:
         ParameterError: there is no such residual

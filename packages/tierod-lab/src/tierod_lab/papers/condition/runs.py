@@ -16,15 +16,11 @@ from tierod_lab.studies.effort import Effort
 
 
 class Variant(NamedTuple):
-    """A diagnosis of the study.
+    """A diagnosis of the study."""
 
-    Args:
-        title: title for tables
-        module: module with `calibrate(vehicle, quick)`, which returns a picklable calibration of a vehicle, and
-            `declare(known, recording, name)`, which returns a `Declared`
-    """
-
-    title: str
+    title: str  # title for tables
+    # module with `calibrate(vehicle, quick)`, which returns a picklable calibration of a vehicle, and `declare(known,
+    # recording, name)`, which returns a `Declared`
     module: str
 
 
@@ -37,8 +33,7 @@ VARIANTS: Mapping[str, Variant] = {
 }
 """Diagnoses that the study compares, by the name of the monitor's variant."""
 
-BEST = "bank"
-"""The default diagnosis, for which the goals are set."""
+BEST = "bank"  # The default diagnosis, for which the goals are set
 
 _known: dict[tuple[str, int, bool], Any] = {}
 _scored: dict[tuple[Any, ...], list[DriveScore]] = {}
@@ -48,8 +43,6 @@ def calibrations(names: Iterable[str], vehicles: Iterable[int], effort: Effort) 
     """Calibrations of every variant to every vehicle, by (module of the variant, number of the vehicle).
 
     Args:
-        names: names of the variants
-        vehicles: numbers of the demonstrators
         effort: effort of the study, with the workers; a quick one calibrates on a few minutes
 
     Raises:
@@ -80,7 +73,6 @@ def scores(drives: Sequence[Drive], effort: Effort, names: Sequence[str] | None 
     """The scores of many drives, by variant; computed once and cached in the process.
 
     Args:
-        drives: the drives
         effort: effort of the study, with the workers; a quick one calibrates on a few minutes
         names: names of the variants; all if None
     """

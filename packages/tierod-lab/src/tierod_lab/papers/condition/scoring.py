@@ -12,17 +12,14 @@ import numpy as np
 from tierod_lab.papers.condition.drives import ACTUATORS, SENSORS, Drive, Injected
 from tierod_lab.papers.condition.truth import Declared, Truth, truths
 
-ELEMENTS = (*SENSORS, *ACTUATORS)
-"""All judged elements."""
+ELEMENTS = (*SENSORS, *ACTUATORS)  # All judged elements
 NAMED_AFTER = 2.0
 """Time after the declaration at which kind and size are judged [s]; at the end of a fault that is shorter."""
 GRACE = 2.0
 """Time after a fault in which its declaration is no false alarm [s]; the accuracy counts it as wrong at once."""
-SETTLED = 0.5
-"""Time after a fault is first observable before its name counts [s]."""
+SETTLED = 0.5  # Time after a fault is first observable before its name counts [s]
 
-INTERVAL = 1.96
-"""Half width of a 95 % interval in standard deviations."""
+INTERVAL = 1.96  # Half width of a 95 % interval in standard deviations
 
 FOUND, MISSED, NOT_TESTABLE = "found", "missed", "not testable"
 UNNAMED, AMBIGUOUS, NEVER = "none", "ambiguous", "never shows"
@@ -30,78 +27,53 @@ UNNAMED, AMBIGUOUS, NEVER = "none", "ambiguous", "never shows"
 
 
 class StrictScore(NamedTuple):
-    """Score of a fault that counts as observable where a likelihood-ratio test with true parameters detects it.
+    """Score of a fault that counts as observable where a likelihood-ratio test with true parameters detects it."""
 
-    Args:
-        outcome, accuracy_excused, delay_shown: as in `FaultScore`
-    """
-
-    outcome: str
+    outcome: str  # outcome, accuracy_excused, delay_shown: as in `FaultScore`
     accuracy_excused: float
     delay_shown: Annotated[float, "s"]
 
 
 class FaultScore(NamedTuple):
-    """Score of the diagnosis of one fault.
+    """Score of the diagnosis of one fault."""
 
-    Args:
-        injected: the fault
-        accuracy: share of all samples of the drive at which the state of the element is right; eq (53)
-        accuracy_excused: the same without the samples at which the state is wrong but not observable, as the present or
-            past fault does not change the reading
-        outcome: FOUND, MISSED, or NOT_TESTABLE for a fault that is neither declared nor ever observable
-        delay: detection delay from the beginning of the fault; infinite if it is not declared
-        delay_shown: detection delay from the first observable sample; negative if declared before it, and counted to
-            the end of a fault that never is observable
-        delay_excited: observable time before the declaration: a torque that is hardly commanded, or a signal near zero,
-            carries no information, and a fault may be observable for a moment long before it is again
-        delay_suspected: observable time until the element is declared or is one of several candidates
-        shown: total observable time
-        kind_right: whether the named kind is right; None if none is named
-        size_error: relative error of the named size; NaN if none is named
-        size_covered: whether the true size is within `INTERVAL` of the estimate; None without a size of the right kind
-        rmse: root mean square error of the substitute value while the sensor is declared; NaN without one
-        largest: largest magnitude of that error
-        strict: score of the same fault by `Truth.strict`; None where the noise is unknown
-    """
-
-    injected: Injected
-    accuracy: float
+    injected: Injected  # the fault
+    accuracy: float  # share of all samples of the drive at which the state of the element is right; eq (53)
+    # the same without the samples at which the state is wrong but not observable, as the present or past fault does not
+    # change the reading
     accuracy_excused: float
-    outcome: str
-    delay: Annotated[float, "s"]
+    outcome: str  # FOUND, MISSED, or NOT_TESTABLE for a fault that is neither declared nor ever observable
+    delay: Annotated[float, "s"]  # detection delay from the beginning of the fault; infinite if it is not declared
+    # detection delay from the first observable sample; negative if declared before it, and counted to the end of a
+    # fault that never is observable
     delay_shown: Annotated[float, "s"]
+    # observable time before the declaration: a torque that is hardly commanded, or a signal near zero, carries no
+    # information, and a fault may be observable for a moment long before it is again
     delay_excited: Annotated[float, "s"]
+    # observable time until the element is declared or is one of several candidates
     delay_suspected: Annotated[float, "s"]
-    shown: Annotated[float, "s"]
-    kind_right: bool | None
-    size_error: float
+    shown: Annotated[float, "s"]  # total observable time
+    kind_right: bool | None  # whether the named kind is right; None if none is named
+    size_error: float  # relative error of the named size; NaN if none is named
+    # whether the true size is within `INTERVAL` of the estimate; None without a size of the right kind
     size_covered: bool | None
-    rmse: float
-    largest: float
-    strict: StrictScore | None = None
+    rmse: float  # root mean square error of the substitute value while the sensor is declared; NaN without one
+    largest: float  # largest magnitude of that error
+    strict: StrictScore | None = None  # score of the same fault by `Truth.strict`; None where the noise is unknown
 
 
 class DriveScore(NamedTuple):
-    """Score of the diagnosis of one drive.
+    """Score of the diagnosis of one drive."""
 
-    Args:
-        drive: the drive
-        faults: score of every injected fault
-        wrong_share: share of the time with faults in which a fault-free element is declared [-]
-        false_alarms: declarations that begin while no fault is present, except of an element whose fault has just ended
-        healthy_hours: fault-free time
-        flagged_share: share of the fault-free time in which anything is declared [-]
-        named: elements that are declared most often at the samples at which a fault is observable and all have been
-            observable for `SETTLED`
-    """
-
-    drive: Drive
-    faults: tuple[FaultScore, ...]
-    wrong_share: float
+    drive: Drive  # the drive
+    faults: tuple[FaultScore, ...]  # score of every injected fault
+    wrong_share: float  # share of the time with faults in which a fault-free element is declared [-]
+    # declarations that begin while no fault is present, except of an element whose fault has just ended
     false_alarms: int
-    healthy_hours: Annotated[float, "h"]
-    flagged_share: float
+    healthy_hours: Annotated[float, "h"]  # fault-free time
+    flagged_share: float  # share of the fault-free time in which anything is declared [-]
+    # elements that are declared most often at the samples at which a fault is observable and all have been observable
+    # for `SETTLED`
     named: str
 
 
@@ -109,8 +81,6 @@ def score(drive: Drive, truth: Truth, declared: Declared) -> DriveScore:
     """The score of the diagnosis of one drive.
 
     Args:
-        drive: drive with its faults
-        truth: truth of its recording
         declared: declarations of the diagnosis on the same samples
     """
     time = declared.time

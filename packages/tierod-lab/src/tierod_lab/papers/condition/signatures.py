@@ -39,29 +39,17 @@ ASIDE = {
 
 
 class Seen(NamedTuple):
-    """Response of a residual to a fault.
+    """Response of a residual to a fault."""
 
-    Args:
-        share: share of the fault's time in which the residual is beyond its threshold [-]
-        reach: ratio of the residual to its threshold that is exceeded in 5 % of the fault's time [-]
-    """
-
-    share: float
-    reach: float
+    share: float  # share of the fault's time in which the residual is beyond its threshold [-]
+    reach: float  # ratio of the residual to its threshold that is exceeded in 5 % of the fault's time [-]
 
 
-Signatures = Mapping[tuple[str, str], Mapping[str, Seen]]
-"""Element and kind of a fault -> residual -> its response."""
+Signatures = Mapping[tuple[str, str], Mapping[str, Seen]]  # Element and kind of a fault -> residual -> its response
 
 
 def signatures(tests: Sequence[Drive], recordings: Sequence[Recording], monitor: RuleMonitor) -> Signatures:
-    """Responses of every residual to the faults of some drives, as means by element and kind.
-
-    Args:
-        tests: drives with one fault each
-        recordings: their recordings
-        monitor: rules with the residuals and thresholds
-    """
+    """Responses of every residual to the faults of some drives, as means by element and kind."""
     block = AllResiduals(monitor.sensors, monitor.actuators)
     thresholds = monitor.thresholds
     found: dict[tuple[str, str], list[dict[str, Seen]]] = {}

@@ -30,35 +30,23 @@ TEXT = (
     "a calibration has found, and with those of the shipped, uncalibrated file. The table "
     "that the monitor goes by, substitutes.toml, holds these figures.",
 )
-HOURS = 1.0
-"""Fault-free driving for the plain relations [h]."""
-SETTLED = 200
-"""Samples of warm-up, which are left out."""
-SEED = 400
-"""First seed of the drives with offsets, which neither a calibration nor another part of the study uses."""
+HOURS = 1.0  # Fault-free driving for the plain relations [h]
+SETTLED = 200  # Samples of warm-up, which are left out
+SEED = 400  # First seed of the drives with offsets, which neither a calibration nor another part of the study uses
 
 Squares = dict[tuple[str, str, bool], tuple[float, int]]
 """Sensor, substitute and whether the vehicle is calibrated -> sum of squared errors, and number of samples."""
 
 
 class Error(NamedTuple):
-    """Root-mean-square error of a substitute, in the unit of its sensor.
+    """Root-mean-square error of a substitute, in the unit of its sensor."""
 
-    Args:
-        calibrated: error with calibrated parameters
-        uncalibrated: error with the parameters of the shipped vehicle file
-    """
-
-    calibrated: float
-    uncalibrated: float
+    calibrated: float  # error with calibrated parameters
+    uncalibrated: float  # error with the parameters of the shipped vehicle file
 
 
 def measured(effort: Effort) -> dict[str, dict[str, Error]]:
-    """The errors of all substitutes, by sensor and name.
-
-    Args:
-        effort: effort of the study
-    """
+    """The errors of all substitutes, by sensor and name."""
     chosen = vehicles(effort)
     found = calibrations(("bank",), chosen, effort)
     known = {number: found[by_bank.__name__, number] for number in chosen}

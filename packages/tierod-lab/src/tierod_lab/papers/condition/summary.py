@@ -24,63 +24,38 @@ from tierod_lab.papers.condition.scoring import (
 
 
 class Strict(NamedTuple):
-    """Statistics with faults that count as observable where a likelihood-ratio test with true parameters detects them.
+    """Statistics with faults that count as observable if a likelihood-ratio test with true parameters sees them."""
 
-    Args:
-        missed: number of faults that were observable and never declared
-        not_testable: number of faults that were neither declared nor ever observable
-        worst: lowest accuracy without wrong samples at which the state is not observable [-]
-        delays: detection delays of the found faults from the first observable sample, ascending
-    """
-
-    missed: int
-    not_testable: int
-    worst: float
+    missed: int  # number of faults that were observable and never declared
+    not_testable: int  # number of faults that were neither declared nor ever observable
+    worst: float  # lowest accuracy without wrong samples at which the state is not observable [-]
+    # detection delays of the found faults from the first observable sample, ascending
     delays: Annotated[np.ndarray, "s"]
 
 
 class Summary(NamedTuple):
-    """Statistics of many drives; NaN without data.
+    """Statistics of many drives; NaN without data."""
 
-    Args:
-        drives: number of drives
-        accuracy, worst: mean and lowest accuracy over all faults [-]
-        excused, worst_excused: the same without wrong samples at which the state is not observable [-]
-        wrong: mean share of the time with faults in which a fault-free element is declared [-]
-        missed: number of faults that were observable and never declared
-        not_testable: number of faults that were neither declared nor ever observable
-        delays: detection delays of the found faults from their beginning, ascending
-        delays_shown: the same from the first observable sample, ascending
-        delays_excited: observable time before the declaration of the found faults, ascending
-        delays_suspected: observable time until the element is declared or one of several candidates, ascending
-        kinds: share of right kinds among those named [-]
-        size_error: 95 % quantile of the relative errors of the sizes [-]
-        covered: share of the sizes of rightly named kinds within their 95 % interval [-]
-        false_alarms: number of false alarms
-        healthy_hours: fault-free time
-        bound: upper 95 % bound of the rate of false alarms
-        strict: statistics with faults that are observable where a test with true parameters detects them
-    """
-
-    drives: int
-    accuracy: float
+    drives: int  # number of drives
+    accuracy: float  # accuracy, worst: mean and lowest accuracy over all faults [-]
     worst: float
-    excused: float
+    excused: float  # excused, worst_excused: the same without wrong samples at which the state is not observable [-]
     worst_excused: float
-    wrong: float
-    missed: int
-    not_testable: int
-    delays: Annotated[np.ndarray, "s"]
-    delays_shown: Annotated[np.ndarray, "s"]
-    delays_excited: Annotated[np.ndarray, "s"]
+    wrong: float  # mean share of the time with faults in which a fault-free element is declared [-]
+    missed: int  # number of faults that were observable and never declared
+    not_testable: int  # number of faults that were neither declared nor ever observable
+    delays: Annotated[np.ndarray, "s"]  # detection delays of the found faults from their beginning, ascending
+    delays_shown: Annotated[np.ndarray, "s"]  # the same from the first observable sample, ascending
+    delays_excited: Annotated[np.ndarray, "s"]  # observable time before the declaration of the found faults, ascending
+    # observable time until the element is declared or one of several candidates, ascending
     delays_suspected: Annotated[np.ndarray, "s"]
-    kinds: float
-    size_error: float
-    covered: float
-    false_alarms: int
-    healthy_hours: Annotated[float, "h"]
-    bound: Annotated[float, "1/h"]
-    strict: Strict
+    kinds: float  # share of right kinds among those named [-]
+    size_error: float  # 95 % quantile of the relative errors of the sizes [-]
+    covered: float  # share of the sizes of rightly named kinds within their 95 % interval [-]
+    false_alarms: int  # number of false alarms
+    healthy_hours: Annotated[float, "h"]  # fault-free time
+    bound: Annotated[float, "1/h"]  # upper 95 % bound of the rate of false alarms
+    strict: Strict  # statistics with faults that are observable where a test with true parameters detects them
 
 
 def summary(scores: Sequence[DriveScore]) -> Summary:

@@ -51,10 +51,7 @@ def by_group(title: str, scores: Scores, group: Callable[[DriveScore], str], hea
     """Table with mean and worst accuracy of every diagnosis, one row per group of drives in order of appearance.
 
     Args:
-        title, note: title and note of the table
-        scores: scores by variant
         group: function that gives the group of a drive
-        header: header of the column of groups
     """
     groups = list(dict.fromkeys(group(each) for several in scores.values() for each in several))
     rows = []
@@ -102,8 +99,7 @@ def delays(title: str, scores: Sequence[DriveScore], groups: Mapping[str, Callab
     return Table(title, ("faults", "from", "median", "95 %", "longest", "share within 0.2 s"), tuple(rows))
 
 
-GAP = 1.5
-"""Distance of two rows of flags, each of height one."""
+GAP = 1.5  # Distance of two rows of flags, each of height one
 
 STATES = (("fault-free", 0.0), ("one of several", 0.5), ("faulty", 1.0))
 """Declared states of an element and their heights in a chart."""
@@ -113,9 +109,7 @@ def flags(title: str, time: np.ndarray, rows: Mapping[str, np.ndarray], begin: f
     """Panel of flags over time, one row above the other.
 
     Args:
-        title: title of the panel
         time: sampling times [s]
-        rows: flags by name, from bottom to top
         begin, end: beginning and end of the fault [s]
     """
     heights = (GAP * place + np.asarray(values, float) for place, values in enumerate(rows.values()))
@@ -129,9 +123,7 @@ def states(title: str, time: np.ndarray, real: np.ndarray, said: Mapping[str, np
     """Panel of true and declared states of one element over time.
 
     Args:
-        title: title of the panel
         time: sampling times [s]
-        real: whether the element is faulty
         said: declared state as in `STATES`, by diagnosis; drawn slightly above each other
     """
     marks = [Lines("real state", *steps(time, np.asarray(real, float)))]
@@ -153,10 +145,7 @@ def curves(title: str, y_title: str, time: np.ndarray, values: Mapping[str, np.n
     """Panel of signals over time.
 
     Args:
-        title, y_title: titles of panel and vertical axis
         time: sampling times [s]
-        values: signals by name
-        every: decimation of the drawn samples
     """
     drawn = slice(None, None, every)
     return Panel(

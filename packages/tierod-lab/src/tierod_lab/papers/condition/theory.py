@@ -29,19 +29,12 @@ FIXED = "with a fixed split"
 
 
 class Compared(NamedTuple):
-    """A fault, or several at once, by structure and by measurement.
+    """A fault, or several at once, by structure and by measurement."""
 
-    Args:
-        fault: name, or names joined by " + "
-        theory: isolability by structure, as text
-        alike: faults that are not isolable from it by structure
-        named: diagnosis -> count of every declared name
-    """
-
-    fault: str
-    theory: str
-    alike: tuple[str, ...]
-    named: Mapping[str, Counter[str]]
+    fault: str  # name, or names joined by " + "
+    theory: str  # isolability by structure, as text
+    alike: tuple[str, ...]  # faults that are not isolable from it by structure
+    named: Mapping[str, Counter[str]]  # diagnosis -> count of every declared name
 
 
 def items(effort: Effort) -> Iterator[Item]:
@@ -76,12 +69,7 @@ def _pairs(effort: Effort) -> list[DriveScore]:
 
 
 def compared(structure: Isolability, found: Mapping[str, Sequence[DriveScore]]) -> Iterator[Compared]:
-    """Theory and measurement for every fault of some drives.
-
-    Args:
-        structure: isolability of single faults and pairs
-        found: scores of drives, by diagnosis
-    """
+    """Theory and measurement for every fault of some drives."""
     counts = {name: confusion(of) for name, of in found.items()}
     # Both sides join the elements of a pair in an order of their own.
     names = {_canonical(fault): fault for fault in structure.faults}
@@ -114,7 +102,6 @@ def disagreements(rows: Iterable[Compared], remark: str = "") -> Iterator[tuple[
     """Table rows of all disagreements: fault, isolability by structure, diagnosis, measurement, and reason.
 
     Args:
-        rows: theory and measurement
         remark: text that is added to the names of the faults
     """
     for each in rows:
@@ -130,8 +117,6 @@ def reason(each: Compared, named: str, diagnosis: str = BEST) -> str:
     """Reason why a fault was named otherwise than structure predicts; "" where both agree.
 
     Args:
-        each: the fault
-        named: name that was declared
         diagnosis: name of the diagnosis, the bank or one of the rules
     """
     if named in ((*each.alike, AMBIGUOUS) if each.alike else (each.fault,)):

@@ -25,10 +25,8 @@ from tierod_lab.papers.condition.vehicles import LONG, SHORT, THIRD
 from tierod_lab.studies.effort import Effort
 
 SHARES = "rules-discriminating"
-FOUR = ("r1a", "r4a", "r5a", "r6a")
-"""Residuals of Figure 27."""
-MOTION = ("r1a", "r5a")
-"""Residuals of `FOUR` that depend on the motion and exceed their thresholds."""
+FOUR = ("r1a", "r4a", "r5a", "r6a")  # Residuals of Figure 27
+MOTION = ("r1a", "r5a")  # Residuals of `FOUR` that depend on the motion and exceed their thresholds
 TEXT = (
     "Residuals of the corrected equations over time; dashed are their thresholds of calibration. Figure 6 of the paper "
     "shows one residual with its threshold, Figures 12 and 15 the eight of the actuators.",
@@ -141,11 +139,7 @@ def _residuals(
 
 
 def quiet_drive(rounds: Sequence[str] = (SHORT, LONG, THIRD)) -> Drive:
-    """Drive in which steering motor 1 fails at the beginning of the longest unobservable time of all rounds.
-
-    Args:
-        rounds: names of the rounds
-    """
+    """Drive in which steering motor 1 fails at the beginning of the longest unobservable time of all rounds."""
     longest = max((_quiet(name) for name in rounds), key=lambda found: found[0])
     _, name, start = longest
     return Drive(name, ACTUATOR_SECONDS, 1, _LATE, (lost(MOTOR, start=start, end=ACTUATOR_SECONDS),))

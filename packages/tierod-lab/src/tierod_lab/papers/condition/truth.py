@@ -34,10 +34,8 @@ KNOWN = {
 For sensors it is the accuracy required of a reconfigured value; for actuators it is assumed.
 """
 
-ALIKE = 0.1
-"""Correlation time of the estimation error [s]; samples within it count as one in a log-likelihood ratio."""
-ENOUGH = 4.5
-"""Log-likelihood ratio from which a fault is observable [nat]: that of three standard deviations."""
+ALIKE = 0.1  # Correlation time of the estimation error [s]; samples within it count as one in a log-likelihood ratio
+ENOUGH = 4.5  # Log-likelihood ratio from which a fault is observable [nat]: that of three standard deviations
 
 
 def where_shown(
@@ -51,7 +49,6 @@ def where_shown(
     Args:
         element: sensor or actuator
         deviation: deviation of its reading or torque from the fault-free value
-        faulty: whether the fault is present
         rate: sampling rate [Hz]
         known: standard deviation of the estimate of each true value [unit of the signal; N*m]
     """
@@ -74,9 +71,6 @@ def known_by_noise(drive: Drive) -> dict[str, float]:
     ratio averages them. The lost torque of a motor shows in the shaft torque, that of a drive in the longitudinal
     acceleration.
 
-    Args:
-        drive: drive with its car and sensors
-
     Returns:
         standard deviation by element [unit of the signal; N*m]
     """
@@ -93,27 +87,18 @@ def known_by_noise(drive: Drive) -> dict[str, float]:
 
 
 class Declared(NamedTuple):
-    """Declarations of a diagnosis over time; an element that a mapping lacks is never declared.
+    """Declarations of a diagnosis over time; an element that a mapping lacks is never declared."""
 
-    Args:
-        time: sampling times
-        faulty: by element, whether it is declared faulty
-        candidates: by element, whether it is one of several candidates for a fault
-        not_testable: by element, whether it is declared not testable
-        kind: by element, the named kind, "" for none; valid while the element is faulty
-        size: by element, the named size in the unit of `faults.Injected`; NaN for none
-        value: by sensor, its substitute value in its unit
-        deviation: by element, the estimated standard deviation of the size
-    """
-
-    time: Annotated[Any, "s"]
-    faulty: Mapping[str, np.ndarray]
-    candidates: Mapping[str, np.ndarray] = NOTHING
-    not_testable: Mapping[str, np.ndarray] = NOTHING
+    time: Annotated[Any, "s"]  # sampling times
+    faulty: Mapping[str, np.ndarray]  # by element, whether it is declared faulty
+    candidates: Mapping[str, np.ndarray] = NOTHING  # by element, whether it is one of several candidates for a fault
+    not_testable: Mapping[str, np.ndarray] = NOTHING  # by element, whether it is declared not testable
+    # by element, the named kind, "" for none; valid while the element is faulty
     kind: Mapping[str, np.ndarray] = NOTHING
+    # by element, the named size in the unit of `faults.Injected`; NaN for none
     size: Mapping[str, np.ndarray] = NOTHING
-    value: Mapping[str, np.ndarray] = NOTHING
-    deviation: Mapping[str, np.ndarray] = NOTHING
+    value: Mapping[str, np.ndarray] = NOTHING  # by sensor, its substitute value in its unit
+    deviation: Mapping[str, np.ndarray] = NOTHING  # by element, the estimated standard deviation of the size
 
     def since(self, place: int) -> Declared:
         """The declarations from a sample on."""
@@ -137,20 +122,14 @@ def truths(drive: Drive, time: np.ndarray) -> dict[str, np.ndarray]:
 
 
 class Truth(NamedTuple):
-    """Ground truth for a diagnosis of a drive, on the samples of its recording.
+    """Ground truth for a diagnosis of a drive, on the samples of its recording."""
 
-    Args:
-        off: by faulty element, its deviation from the fault-free value, see `recorded.deviations`
-        fault_free: by faulty sensor, its fault-free reading
-        asked: by faulty actuator, its commanded torque [N*m]
-        known: standard deviation of the estimate of each true value, see `where_shown`
-        noise: the same if motion and parameters are known, see `known_by_noise`; empty where there is no strict score
-    """
-
+    # by faulty element, its deviation from the fault-free value, see `recorded.deviations`
     off: Mapping[str, np.ndarray]
-    fault_free: Mapping[str, np.ndarray]
-    asked: Mapping[str, np.ndarray]
-    known: Mapping[str, float] = KNOWN
+    fault_free: Mapping[str, np.ndarray]  # by faulty sensor, its fault-free reading
+    asked: Mapping[str, np.ndarray]  # by faulty actuator, its commanded torque [N*m]
+    known: Mapping[str, float] = KNOWN  # standard deviation of the estimate of each true value, see `where_shown`
+    # the same if motion and parameters are known, see `known_by_noise`; empty where there is no strict score
     noise: Mapping[str, float] = NOTHING_KNOWN
 
     @property
@@ -163,7 +142,6 @@ class Truth(NamedTuple):
 
         Args:
             element: sensor or actuator
-            there: whether the fault is present
         """
         return where_shown(element, self.off[element], there, known=self.known)
 

@@ -39,8 +39,7 @@ TEXT = (
 )
 SAMPLE_TIME = 0.01
 CAR = load("smartload").parameters_for(ResidualParameters)
-_FINE = 200
-"""Runge-Kutta steps per sample of the reference solution."""
+_FINE = 200  # Runge-Kutta steps per sample of the reference solution
 _SEED = 11
 _BOTH = ("two bodies, the angle measured", "two bodies, both measured (eqs 4, 5)")
 
@@ -72,18 +71,12 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 class Sampling(NamedTuple):
-    """A discretisation of the steering model.
+    """A discretisation of the steering model."""
 
-    Args:
-        name: name in the table
-        multiplications, additions: operations of a step of the unscented filter with it
-        error: largest error of the angle over the test [rad]; NaN where it diverges
-    """
-
-    name: str
-    multiplications: int
+    name: str  # name in the table
+    multiplications: int  # multiplications, additions: operations of a step of the unscented filter with it
     additions: int
-    error: float
+    error: float  # largest error of the angle over the test [rad]; NaN where it diverges
 
     @property
     def row(self) -> tuple[str, ...]:
@@ -143,23 +136,14 @@ def filters() -> dict[str, UnscentedFilter]:
 
 
 class OnDrive(NamedTuple):
-    """Results of a filter on a minute of driving, fault-free and with a lost angle.
+    """Results of a filter on a minute of driving, fault-free and with a lost angle."""
 
-    Args:
-        residual: r1 without fault, root mean square [rad]
-        stated: standard deviation of the angle by the filter's covariance at the end [rad]
-        error: error of the estimated angle without fault, root mean square [rad]
-        jump: largest r1 in the tenth of a second after the loss [rad]
-        later: largest r1 in the tenth of a second from ten seconds after the loss [rad]
-        values: r1 without fault [rad]
-    """
-
-    residual: float
-    stated: float
-    error: float
-    jump: float
-    later: float
-    values: np.ndarray
+    residual: float  # r1 without fault, root mean square [rad]
+    stated: float  # standard deviation of the angle by the filter's covariance at the end [rad]
+    error: float  # error of the estimated angle without fault, root mean square [rad]
+    jump: float  # largest r1 in the tenth of a second after the loss [rad]
+    later: float  # largest r1 in the tenth of a second from ten seconds after the loss [rad]
+    values: np.ndarray  # r1 without fault [rad]
 
     @property
     def row(self) -> tuple[str, ...]:

@@ -30,12 +30,10 @@ TEXT = (
     "calibration. Every sensor has an offset, half too much of a gain, noise, or a delay of 0.2 s, on rounds and with "
     "noises that no other part drives.",
 )
-PLANS = ((SHORT, 81), (LONG, 82), (THIRD, 83))
-"""Course and seed of every vehicle."""
+PLANS = ((SHORT, 81), (LONG, 82), (THIRD, 83))  # Course and seed of every vehicle
 LEAST_SIZE = {OFFSET: 0.0, GAIN: 1.0, NOISE: 0.0, DELAY: 0.0}
 """Kind of the tested faults -> bound that their size exceeds; other kinds are not tested."""
-COVERED = between(0.93, 0.97)
-"""Goal of the coverage of 95 % intervals of the size."""
+COVERED = between(0.93, 0.97)  # Goal of the coverage of 95 % intervals of the size
 UNSURE = (
     "Predictions by the vehicle file as it is shipped have errors that last; where the motion changes little, a gain "
     "or a delay then fits no better than an offset. Calibrated vehicles have smaller ones."
@@ -44,8 +42,7 @@ WIDE = (
     "The intervals reckon with errors of predictions that several vehicles need together, so that they are wide for "
     "most; those of a calibrated vehicle are its own."
 )
-HOURS = 1.0
-"""Fault-free driving of the three vehicles together [h]."""
+HOURS = 1.0  # Fault-free driving of the three vehicles together [h]
 
 
 def items(effort: Effort) -> Iterator[Item]:

@@ -102,9 +102,7 @@ def changed(of: Vehicle, what: str, factor: float) -> Vehicle:
     """A vehicle with a property that has changed since its calibration.
 
     Args:
-        of: the vehicle
         what: a property in `LATER`
-        factor: factor on its former value
     """
     known = numbers(of.car)
     car = replaced(of.car, {path: factor * known[path].value for path in LATER[what]})

@@ -15,12 +15,9 @@ from tierod_lab.fleet.estimates import ErrorLaw, estimates, series
 from tierod_lab.fleet.virtual import FleetFile, Group, drawn
 from tierod_lab.studies.effort import Effort
 
-FLEETS, QUICK_FLEETS = 50, 3
-"""Number of fleets for each size of the difference, in full and in the quick study."""
-CARS, SHARE, WEEKS = 1000, 0.02, 4
-"""Cars of a fleet, share of them in a batch, and weeks of drives."""
-ODD = "2025-47"
-"""Name of the batch that differs."""
+FLEETS, QUICK_FLEETS = 50, 3  # Number of fleets for each size of the difference, in full and in the quick study
+CARS, SHARE, WEEKS = 1000, 0.02, 4  # Cars of a fleet, share of them in a batch, and weeks of drives
+ODD = "2025-47"  # Name of the batch that differs
 GOAL = "goal of tierod"
 OTHERS = tuple(Group("rack batch", f"2025-{week:02d}", SHARE) for week in range(1, 47))
 """The batches that do not differ, 20 cars each."""
@@ -28,17 +25,11 @@ OTHERS = tuple(Group("rack batch", f"2025-{week:02d}", SHARE) for week in range(
 
 @dataclass(frozen=True)
 class Fleet:
-    """A virtual fleet with one batch that may differ.
+    """A virtual fleet with one batch that may differ."""
 
-    Args:
-        friction: excess friction of the batch `ODD` [N*m]
-        law: errors of the friction monitor
-        seed: seed of all random numbers
-    """
-
-    friction: float
-    law: ErrorLaw
-    seed: int
+    friction: float  # excess friction of the batch `ODD` [N*m]
+    law: ErrorLaw  # errors of the friction monitor
+    seed: int  # seed of all random numbers
 
 
 def judged(task: Fleet) -> tuple[bool, float, int, float]:

@@ -13,23 +13,16 @@ from tierod_lab.fleet.estimates import ErrorLaw, error_law
 from tierod_lab.papers.fleet.reported import DRIVEN, SEEDS
 from tierod_lab.studies.effort import Effort
 
-CARS, QUICK_CARS = 16, 3
-"""Number of cars in full and in the quick study."""
-FRICTIONS = (4.0, 4.0, 4.0, 4.5, 5.0, 6.0)
-"""True friction of the drives of each car on each set of tyres [N*m]."""
+CARS, QUICK_CARS = 16, 3  # Number of cars in full and in the quick study
+FRICTIONS = (4.0, 4.0, 4.0, 4.5, 5.0, 6.0)  # True friction of the drives of each car on each set of tyres [N*m]
 
-SECONDS = 300.0
-"""Duration of a drive: a few minutes a week [s]."""
+SECONDS = 300.0  # Duration of a drive: a few minutes a week [s]
 
 VEHICLE = "midsize-eps"
 
 
 def measured(effort: Effort) -> ErrorLaw:
-    """Fit the law of the errors to driven virtual cars.
-
-    Args:
-        effort: how many cars are driven
-    """
+    """Fit the law of the errors to driven virtual cars."""
     cars = range(QUICK_CARS if effort.quick else CARS)
     first = SEEDS.of(DRIVEN, 1000 * (1 + len(cars)))[0]
     tasks = [

@@ -19,20 +19,14 @@ from tierod_lab.fleet.estimates import ErrorLaw, estimates, series
 from tierod_lab.fleet.virtual import FleetFile, VirtualCars, drawn
 from tierod_lab.studies.effort import Effort
 
-CARS, QUICK_CARS = 10_000, 200
-"""Cars of a fleet in full and in the quick study."""
-WEEKS = 53
-"""Weeks that a fleet is watched."""
-PER_WEEK = (1, 2, 7)
-"""Drives of five minutes per car and week, one fleet for each number."""
+CARS, QUICK_CARS = 10_000, 200  # Cars of a fleet in full and in the quick study
+WEEKS = 53  # Weeks that a fleet is watched
+PER_WEEK = (1, 2, 7)  # Drives of five minutes per car and week, one fleet for each number
 
-RAMP, STEP = 0.01 / SECONDS_PER_DAY, 1.0
-"""Fault magnitudes: a ramp of 1 N*m per 100 days [N*m/s], and a step [N*m]."""
+RAMP, STEP = 0.01 / SECONDS_PER_DAY, 1.0  # Fault magnitudes: a ramp of 1 N*m per 100 days [N*m/s], and a step [N*m]
 
-BEGIN = (90.0 * SECONDS_PER_DAY, 270.0 * SECONDS_PER_DAY)
-"""Earliest and latest start of a change [s]."""
-CHANGED = 0.05
-"""Share of cars that change in the fleets with changes."""
+BEGIN = (90.0 * SECONDS_PER_DAY, 270.0 * SECONDS_PER_DAY)  # Earliest and latest start of a change [s]
+CHANGED = 0.05  # Share of cars that change in the fleets with changes
 
 TYRES: Annotated[float, "N*m"] = 0.03
 """Standard deviation, over cars, of the shift of the estimate by other tyres in the strict count of false alarms.
@@ -46,28 +40,19 @@ SHIFTED = (
 )
 """Part of the cause of false alarms beyond the design."""
 
-WITHIN = 30.0
-"""Required detection delay of a ramp [d]."""
+WITHIN = 30.0  # Required detection delay of a ramp [d]
 GOAL = "goal of tierod"
 
 
 @dataclass(frozen=True)
 class Years:
-    """A virtual fleet that is watched for a year.
+    """A virtual fleet that is watched for a year."""
 
-    Args:
-        per_week: drives of each car per week
-        cars: number of cars
-        law: errors of the friction monitor
-        seed: seed of all random numbers
-        ageing: changes of a share of the cars; empty for a fault-free fleet
-    """
-
-    per_week: int
-    cars: int
-    law: ErrorLaw
-    seed: int
-    ageing: tuple[Ageing, ...] = ()
+    per_week: int  # drives of each car per week
+    cars: int  # number of cars
+    law: ErrorLaw  # errors of the friction monitor
+    seed: int  # seed of all random numbers
+    ageing: tuple[Ageing, ...] = ()  # changes of a share of the cars; empty for a fault-free fleet
 
     def run(self) -> tuple[VirtualCars, Trends]:
         """Draw the cars and their estimates, and evaluate the trends of the product on them."""
@@ -79,21 +64,14 @@ class Years:
 
 @dataclass(frozen=True)
 class Counted:
-    """False alarms and detection delays of one fleet.
+    """False alarms and detection delays of one fleet."""
 
-    Args:
-        years: fault-free vehicle-years that were watched
-        alarms: false alarms: first alarms of cars before a change or without one
-        delays: time from each change without an earlier alarm to its alarm [d]; infinite where there was none
-        wrong_share: share of fault-free cars in the list of changed cars at the end
-        listed: number of cars in that list
-    """
-
-    years: float
-    alarms: int
+    years: float  # fault-free vehicle-years that were watched
+    alarms: int  # false alarms: first alarms of cars before a change or without one
+    # time from each change without an earlier alarm to its alarm [d]; infinite where there was none
     delays: tuple[float, ...]
-    wrong_share: float
-    listed: int
+    wrong_share: float  # share of fault-free cars in the list of changed cars at the end
+    listed: int  # number of cars in that list
 
 
 def counted(task: Years) -> Counted:
@@ -136,7 +114,6 @@ def with_tyres(law: ErrorLaw, deviation: float) -> ErrorLaw:
     """The law of errors of cars whose winter tyres shift the estimate; with 0 the errors of drives are independent.
 
     Args:
-        law: errors of the friction monitor
         deviation: standard deviation of that shift over the cars [N*m]
     """
     return replace(law, winter=0.0, winter_deviation=deviation)

@@ -41,7 +41,6 @@ def faults_of(sensor: str, start: float, lasting: float) -> tuple[Injected, ...]
     """The faults of a sensor: those of the study of real cars, a stuck reading and a drift.
 
     Args:
-        sensor: faulty sensor
         start: start of the faults on the clock of the recording [s]
         lasting: duration of the faults; an outlier lasts a second [s]
     """

@@ -21,8 +21,7 @@ from tierod_lab.studies.effort import Effort
 LEVELS = (4.0, 5.5, 8.0, 12.5)
 """Levels of friction at high sliding speed, as in the study of friction [N*m]; the first is fault-free."""
 LAWS = (LUGRE, MAXWELL)
-MINUTES, CARS = 7.0, 3
-"""Duration of a drive [min], and cars for each friction law."""
+MINUTES, CARS = 7.0, 3  # Duration of a drive [min], and cars for each friction law
 SPREAD = {
     "mass": 0.04,
     "yaw_inertia": 0.04,
@@ -47,33 +46,23 @@ TEXT = (
 
 
 class Judged(NamedTuple):
-    """Estimate and verdict of one drive.
+    """Estimate and verdict of one drive."""
 
-    Args:
-        law, level, car: friction law, level of friction [N*m] and number of the car
-        true: true mean level of friction over the samples at which the estimate was enabled [N*m]
-        estimate, deviation: estimate and its standard deviation at the end [N*m]
-        status: verdict at the end
-        why: cause of the verdict, in a sentence
-    """
-
-    law: str
+    law: str  # law, level, car: friction law, level of friction [N*m] and number of the car
     level: float
     car: int
-    true: float
-    estimate: float
+    true: float  # true mean level of friction over the samples at which the estimate was enabled [N*m]
+    estimate: float  # estimate, deviation: estimate and its standard deviation at the end [N*m]
     deviation: float
-    status: Status
-    why: str = ""
+    status: Status  # verdict at the end
+    why: str = ""  # cause of the verdict, in a sentence
 
 
 def drawn(law: str, level: float, random: np.random.Generator) -> RubbingCar:
     """Draw a car around that of the vehicle file.
 
     Args:
-        law: friction law
         level: level of friction [N*m]
-        random: random generator
     """
     nominal = RubbingCar(law, level)
     changes = {name: getattr(nominal, name) * float(np.exp(size * random.normal())) for name, size in SPREAD.items()}
@@ -124,11 +113,7 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 def shown(found: Sequence[Judged]) -> Iterator[Item]:
-    """Table and claims.
-
-    Args:
-        found: the judged drives
-    """
+    """Table and claims."""
     rows = []
     for law in LAWS:
         for level in LEVELS:

@@ -11,40 +11,26 @@ import numpy as np
 from tierod.core.errors import InputError
 from tierod.monitors.motor_angle.observer import MotorAngleSample
 
-SAMPLE_TIME = 1e-4
-"""Sampling interval of control and recording [s]."""
+SAMPLE_TIME = 1e-4  # Sampling interval of control and recording [s]
 CURRENT_NOISE, VOLTAGE_NOISE, ANGLE_NOISE = 2.5e-3, 2.3e-3, 5e-4
 """Standard deviations of noise: current over the largest current, voltage over the supply, shaft angle [rad]."""
-HELD, RAMP = 0.5, 0.1
-"""Interval between changes of speed, and duration of the ramp to the next speed at its start [s]."""
+HELD, RAMP = 0.5, 0.1  # Interval between changes of speed, and duration of the ramp to the next speed at its start [s]
 
 
 @dataclass(frozen=True)
 class Machine:
-    """A permanent-magnet synchronous machine with its supply and load.
+    """A permanent-magnet synchronous machine with its supply and load."""
 
-    Args:
-        resistance: phase resistance [ohm]
-        direct, quadrature: inductances of the d and q axes [H]
-        flux: flux linkage of the magnets [V*s]
-        pole_pairs: electrical turns per mechanical turn
-        inertia: inertia of rotor and load [kg*m**2]
-        supply: supply voltage of the converter [V]
-        current: largest amplitude of the phase current [A]
-        speed: largest electrical speed [rad/s]
-        load: largest load torque [N*m]
-    """
-
-    resistance: float
-    direct: float
+    resistance: float  # phase resistance [ohm]
+    direct: float  # direct, quadrature: inductances of the d and q axes [H]
     quadrature: float
-    flux: float
-    pole_pairs: int
-    inertia: float
-    supply: float
-    current: float
-    speed: float
-    load: float
+    flux: float  # flux linkage of the magnets [V*s]
+    pole_pairs: int  # electrical turns per mechanical turn
+    inertia: float  # inertia of rotor and load [kg*m**2]
+    supply: float  # supply voltage of the converter [V]
+    current: float  # largest amplitude of the phase current [A]
+    speed: float  # largest electrical speed [rad/s]
+    load: float  # largest load torque [N*m]
 
 
 MACHINES = {
@@ -60,15 +46,10 @@ MACHINES = {
 
 @dataclass(frozen=True, eq=False)
 class MotorDrive:
-    """A recorded drive.
+    """A recorded drive."""
 
-    Args:
-        samples: signals of `MotorAngleSample` every `SAMPLE_TIME`, (n, signals); NaN where a signal is absent
-        angle: true mechanical angle of the shaft [rad], (n,)
-    """
-
-    samples: np.ndarray
-    angle: np.ndarray
+    samples: np.ndarray  # signals of `MotorAngleSample` every `SAMPLE_TIME`, (n, signals); NaN where a signal is absent
+    angle: np.ndarray  # true mechanical angle of the shaft [rad], (n,)
 
 
 @lru_cache(maxsize=16)
@@ -77,7 +58,6 @@ def motor_drive(name: str, seed: int, seconds: float) -> MotorDrive:
 
     Args:
         name: name in `MACHINES`
-        seed: seed of speeds, loads and noise
         seconds: duration [s]
 
     Raises:

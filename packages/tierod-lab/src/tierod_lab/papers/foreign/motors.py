@@ -25,10 +25,8 @@ from tierod_lab.papers.foreign.reported import MOTORS
 from tierod_lab.studies.effort import Effort
 
 GOAL = "goal of tierod, as at home"
-SECONDS, START = 10.0, 7.0
-"""Duration of a drive, and start of the fault in it [s]."""
-ANGLE = MotorAngleSample._fields.index("motor_angle_mechanical")
-"""Column of the faulty sensor in the samples."""
+SECONDS, START = 10.0, 7.0  # Duration of a drive, and start of the fault in it [s]
+ANGLE = MotorAngleSample._fields.index("motor_angle_mechanical")  # Column of the faulty sensor in the samples
 TEXT = (
     "Drives that motulator simulates under its own current vector control: surface and interior magnets of three "
     "ratings, to and fro under loads that step. The vehicle file has the machine's true parameters, and tuning and "
@@ -67,23 +65,14 @@ FAULTS: Mapping[str, Fault] = {
 
 
 class Judged(NamedTuple):
-    """Results of one drive, fault-free and with every fault.
+    """Results of one drive, fault-free and with every fault."""
 
-    Args:
-        machine: name in `MACHINES`
-        turning: time in which the observed angle was valid [s]
-        error: root mean square error of the observed electrical angle in that time [rad]
-        false: tests with a false alarm
-        delays: detection delay by fault [s]; infinite where no test alarmed
-        plain: finding with a vehicle file that gives the d-axis inductance alone; None for a machine with surface
-            magnets
-    """
-
-    machine: str
-    turning: float
-    error: float
-    false: tuple[str, ...]
-    delays: Mapping[str, float]
+    machine: str  # name in `MACHINES`
+    turning: float  # time in which the observed angle was valid [s]
+    error: float  # root mean square error of the observed electrical angle in that time [rad]
+    false: tuple[str, ...]  # tests with a false alarm
+    delays: Mapping[str, float]  # detection delay by fault [s]; infinite where no test alarmed
+    # finding with a vehicle file that gives the d-axis inductance alone; None for a machine with surface magnets
     plain: Finding | None = None
 
 
@@ -172,11 +161,7 @@ def items(effort: Effort) -> Iterator[Item]:
 
 
 def shown(found: Sequence[Judged]) -> Iterator[Item]:
-    """Table and claims.
-
-    Args:
-        found: the judged drives
-    """
+    """Table and claims."""
     names = list(dict.fromkeys(each.machine for each in found))
     names.sort(key=lambda name: -sum(bool(each.false) for each in found if each.machine == name))
     rows = []

@@ -13,8 +13,7 @@ from tierod.core.recording import Channel, Recording
 from tierod.vehicles import Vehicle, load
 from tierod_lab.papers.condition.real_recordings import RealCar
 
-RATE = 100.0
-"""Sampling rate of the recording [Hz]."""
+RATE = 100.0  # Sampling rate of the recording [Hz]
 STEERING_RATIO, AXLE_STIFFNESS = 1.0 / 16.0, (107e3, 119e3)
 """Road wheel angle over steering wheel angle, which CommonRoad does not give; cornering stiffness of the axles [N/rad].
 
@@ -37,13 +36,9 @@ UNITS = {"wheel": "m/s", "yaw": "rad/s", "steering": "rad", "lateral": "m/s**2",
 
 @dataclass(frozen=True)
 class MultibodyCar(RealCar):
-    """CommonRoad's car in the form of a car of the study of real cars.
+    """CommonRoad's car in the form of a car of the study of real cars."""
 
-    Args:
-        seed: seed of course and noise
-    """
-
-    seed: int = 0
+    seed: int = 0  # seed of course and noise
 
     @property
     def known(self) -> Vehicle:
@@ -75,7 +70,6 @@ def multibody_drive(seed: int, seconds: float) -> Recording:
     """Simulate a drive through bends of up to some 2.5 m/s2, between 8 and 20 m/s.
 
     Args:
-        seed: seed of bends, speeds and noise
         seconds: duration [s]
 
     Raises:

@@ -16,11 +16,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-STEP, EVERY = 5e-4, 20
-"""Step of the integration [s], and number of steps per sample of 100 Hz."""
+STEP, EVERY = 5e-4, 20  # Step of the integration [s], and number of steps per sample of 100 Hz
 LUGRE, MAXWELL = "LuGre", "generalised Maxwell slip"
-ELEMENTS = 6
-"""Number of elements of generalised Maxwell slip."""
+ELEMENTS = 6  # Number of elements of generalised Maxwell slip
 SIGNALS = (
     "steering_wheel_angle",
     "steering_wheel_rate",
@@ -37,33 +35,27 @@ NOISE = (1e-3, 0.01, 3e-3, 0.1, 0.05, 5e-3, 0.05)
 
 @dataclass(frozen=True)
 class RubbingCar:
-    """Parameters of the car in SI units; nominal values are typical of a mid-size car of 1.6 t.
+    """Parameters of the car in SI units; nominal values are typical of a mid-size car of 1.6 t."""
 
-    Args:
-        mass, yaw_inertia, front, rear: body, and distances of its centre of gravity from the axles
-        front_stiffness, rear_stiffness: cornering stiffness of the axles; grip: largest lateral force over the load
-        mechanical_trail, pneumatic_trail, relaxation: trails and relaxation length of the front tyres
-        ratio, motor_ratio: turns of road wheel and motor per turn of the column
-        wheel_inertia, pinion_inertia, shaft, shaft_damping, wheel_damping, pinion_damping: column and its elastic shaft
-        law: friction law; level: friction at high sliding speed; excess: relative excess of friction at rest, which
-            decays with the Stribeck velocity `stribeck`
-        build_up: angle over which friction builds up
-    """
-
+    # friction law; level: friction at high sliding speed; excess: relative excess of friction at rest, which decays
+    # with the Stribeck velocity `stribeck`
     law: str
     level: float
-    mass: float = 1600.0
+    mass: float = 1600.0  # mass, yaw_inertia, front, rear: body, and distances of its centre of gravity from the axles
     yaw_inertia: float = 2800.0
     front: float = 1.14
     rear: float = 1.69
+    # front_stiffness, rear_stiffness: cornering stiffness of the axles; grip: largest lateral force over the load
     front_stiffness: float = 110e3
     rear_stiffness: float = 130e3
     grip: float = 0.95
+    # mechanical_trail, pneumatic_trail, relaxation: trails and relaxation length of the front tyres
     mechanical_trail: float = 0.025
     pneumatic_trail: float = 0.027
     relaxation: float = 0.4
-    ratio: float = 1.0 / 15.5
+    ratio: float = 1.0 / 15.5  # ratio, motor_ratio: turns of road wheel and motor per turn of the column
     motor_ratio: float = 20.0
+    # wheel_inertia, pinion_inertia, shaft, shaft_damping, wheel_damping, pinion_damping: column and its elastic shaft
     wheel_inertia: float = 0.035
     pinion_inertia: float = 0.065
     shaft: float = 120.0
@@ -72,7 +64,7 @@ class RubbingCar:
     pinion_damping: float = 0.75
     excess: float = 0.1
     stribeck: float = 0.3
-    build_up: float = math.radians(0.8)
+    build_up: float = math.radians(0.8)  # angle over which friction builds up
 
 
 class Course(NamedTuple):
@@ -87,7 +79,6 @@ def course(minutes: float, seed: int) -> Course:
 
     Args:
         minutes: duration [min]
-        seed: seed of bends and speeds
     """
     random = np.random.default_rng([seed, 1])
     count = round(60.0 * minutes / STEP)
@@ -116,9 +107,7 @@ def driven(car: RubbingCar, way: Course, seed: int) -> np.ndarray:
     """Simulate the car; returns sensor readings every 10 ms in the order of `SIGNALS`, (n, 7).
 
     Args:
-        car: the plant
         way: result of `course`
-        seed: seed of the sensor noise
     """
     friction = _LuGre(car) if car.law == LUGRE else _Maxwell(car)
     count = len(way.angle) // EVERY

@@ -12,8 +12,7 @@ from tierod.core.recording import Recording
 from tierod_lab.ground import FrictionCourse, SensorSet, drive
 from tierod_lab.papers.friction.setups import CONDITIONS, LAWS, SCATTERS, TYRES, USUAL_LAW, Setup, usual
 
-HEALTHY = 4.0
-"""Friction of the fault-free steering [N*m]; Table 1 of the paper."""
+HEALTHY = 4.0  # Friction of the fault-free steering [N*m]; Table 1 of the paper
 
 ADDED = {"PWM 15%": 1.5, "PWM 20%": 4.0, "PWM 25%": 8.5}
 """Friction that the paper's clutch brake adds [N*m]: middle of every range in Table 1."""
@@ -21,34 +20,23 @@ ADDED = {"PWM 15%": 1.5, "PWM 20%": 4.0, "PWM 25%": 8.5}
 STATES = {"Healthy": HEALTHY} | {name: HEALTHY + added for name, added in ADDED.items()}
 """Total friction of every health state [N*m]."""
 
-_CARS = 77
-"""Number of the random stream that draws the cars; the first word of its seed is the car's."""
+_CARS = 77  # Number of the random stream that draws the cars; the first word of its seed is the car's
 
 
 @dataclass(frozen=True)
 class Case:
-    """One drive.
+    """One drive."""
 
-    Args:
-        route: seed of road, driver and sensor noise
-        friction: level of dry friction [N*m], or its course over time
-        minutes: duration [min]
-        car: seed of the car and its sensors, drawn around the nominal ones; None for the nominal ones themselves
-        scatter: spread of car and sensors, a name in `SCATTERS`
-        tyres: a name in `TYRES`
-        law: friction law, a name in `LAWS`
-        condition: further difference from the usual drive, a name in `CONDITIONS`
-        reference: fault-free drive of the same car, which gives the baseline; None learns it in this drive
-    """
-
-    route: int
-    friction: float | FrictionCourse = HEALTHY
-    minutes: float = 13.0
+    route: int  # seed of road, driver and sensor noise
+    friction: float | FrictionCourse = HEALTHY  # level of dry friction [N*m], or its course over time
+    minutes: float = 13.0  # duration [min]
+    # seed of the car and its sensors, drawn around the nominal ones; None for the nominal ones themselves
     car: int | None = None
-    scatter: str = "usual"
-    tyres: str = "summer"
-    law: str = USUAL_LAW
-    condition: str = "as usual"
+    scatter: str = "usual"  # spread of car and sensors, a name in `SCATTERS`
+    tyres: str = "summer"  # a name in `TYRES`
+    law: str = USUAL_LAW  # friction law, a name in `LAWS`
+    condition: str = "as usual"  # further difference from the usual drive, a name in `CONDITIONS`
+    # fault-free drive of the same car, which gives the baseline; None learns it in this drive
     reference: Case | None = None
 
     def __post_init__(self) -> None:

@@ -18,11 +18,9 @@ from tierod_lab.papers.friction.searched import SEARCHED, wandering
 from tierod_lab.papers.friction.statistics import deviation, joined, overlap, plus_minus, pooled
 from tierod_lab.studies.effort import Effort
 
-PRINTED_DEVIATION = (1.5, 2.2)
-"""Printed range of the standard deviation of the estimates in every health state [N*m]."""
+PRINTED_DEVIATION = (1.5, 2.2)  # Printed range of the standard deviation of the estimates in every health state [N*m]
 
-FAILING = 0.4
-"""Overlap of two histograms from which the baseline counts as failing [-]."""
+FAILING = 0.4  # Overlap of two histograms from which the baseline counts as failing [-]
 
 LEVELS = (HEALTHY, STATES[WORST])
 BASELINES = (named.BASELINE, named.BASELINE_SIGN)
@@ -36,16 +34,11 @@ FILTERS = {
 
 @dataclass(frozen=True)
 class Found:
-    """Result of one condition.
+    """Result of one condition."""
 
-    Args:
-        overlaps: overlap of the baseline's variances, healthy against PWM 25 %, by variant
-        areas: AUC of the same variances, by variant
-        estimates: settled estimates of the filter, by reading and friction level [N*m]
-    """
-
-    overlaps: dict[str, float]
-    areas: dict[str, float]
+    overlaps: dict[str, float]  # overlap of the baseline's variances, healthy against PWM 25 %, by variant
+    areas: dict[str, float]  # AUC of the same variances, by variant
+    # settled estimates of the filter, by reading and friction level [N*m]
     estimates: dict[tuple[str, float], np.ndarray]
 
     def deviations(self, name: str) -> tuple[float, float]:

@@ -19,8 +19,7 @@ from tierod_lab.papers.friction.statistics import mean
 from tierod_lab.studies.effort import Effort
 
 TRUE = STATES[WORST]
-SHARES = (0.5, 0.8, 0.9)
-"""Shares of the way from the initial estimate to the true friction [-]."""
+SHARES = (0.5, 0.8, 0.9)  # Shares of the way from the initial estimate to the true friction [-]
 PRINTED_SECONDS = {"enabled": 50.0, "total": 150.0}
 GOALS = {"enabled": between(30.0, 75.0), "total": between(90.0, 225.0)}
 TEXT = (
@@ -67,8 +66,6 @@ def reached(digest: Digest, name: str, share: float, true: float = TRUE) -> tupl
     """Enabled and total time [s] until an estimate has gone a share of the way to the truth; infinite if it never does.
 
     Args:
-        digest: digest of a drive
-        name: name of the estimator
         share: share of the way from the initial estimate of 3 N*m [-]
         true: friction level at the end of the way [N*m]
     """

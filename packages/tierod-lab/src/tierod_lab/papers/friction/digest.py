@@ -19,16 +19,13 @@ from tierod_lab.papers.friction.estimators import BASELINES, DEFAULT, ESTIMATORS
 from tierod_lab.papers.friction.warping import warped
 
 RATE = 100.0
-KEPT = 20
-"""Decimation of the stored estimates, to 5 Hz: far above the bandwidth of filters that settle in many seconds."""
+KEPT = 20  # Decimation of the stored estimates, to 5 Hz: far above the bandwidth of filters that settle in many seconds
 
 ALIGNING_TRUTH = "truth_self_aligning_torque"
 
-READY_SECONDS = 50.0
-"""Warm-up: enabled time before an estimate counts [s], as printed by Mohtat et al., section 5."""
+READY_SECONDS = 50.0  # Warm-up: enabled time before an estimate counts [s], as printed by Mohtat et al., section 5
 
-ALARM = 3.0
-"""Alarm level of the running verdict from which friction counts as rising; a fault is one level higher."""
+ALARM = 3.0  # Alarm level of the running verdict from which friction counts as rising; a fault is one level higher
 
 _LEVEL = {Status.NOT_READY: 0.0, Status.HEALTHY: 2.0, Status.RISING: ALARM, Status.FAULT: ALARM + 1.0}
 LEVELS = np.array([_LEVEL.get(status, 1.0) for status in STATUSES])
@@ -37,17 +34,12 @@ LEVELS = np.array([_LEVEL.get(status, 1.0) for status in STATUSES])
 
 @dataclass(frozen=True)
 class Course:
-    """Course of an estimate over a drive, at 5 Hz.
+    """Course of an estimate over a drive, at 5 Hz."""
 
-    Args:
-        friction: estimated friction [N*m]
-        enabled_seconds: enabled time so far [s]
-        aligning_error: root mean square error of the self-aligning torque over the standard deviation of the true
-            torque [-]; NaN where none is estimated
-    """
-
-    friction: np.ndarray
-    enabled_seconds: np.ndarray
+    friction: np.ndarray  # estimated friction [N*m]
+    enabled_seconds: np.ndarray  # enabled time so far [s]
+    # root mean square error of the self-aligning torque over the standard deviation of the true torque [-]; NaN where
+    # none is estimated
     aligning_error: float = math.nan
 
     @property
@@ -58,61 +50,38 @@ class Course:
 
 @dataclass(frozen=True)
 class Windows:
-    """Windows of the baseline monitor over a drive.
+    """Windows of the baseline monitor over a drive."""
 
-    Args:
-        variance: variance of every window, once a second [(N*m)**2]
-        realigned: the same with the vehicle's torque delayed by `delay` [(N*m)**2]
-        enabled_share: share of the drive in which the monitor was enabled [-]
-        delay: lag of the observer's torque behind the vehicle's, at the peak of their correlation [s]
-        warped: variance of every window after dynamic time warping of the vehicle's torque [(N*m)**2]
-    """
-
-    variance: np.ndarray
-    realigned: np.ndarray
-    enabled_share: float
-    delay: float
-    warped: np.ndarray
+    variance: np.ndarray  # variance of every window, once a second [(N*m)**2]
+    realigned: np.ndarray  # the same with the vehicle's torque delayed by `delay` [(N*m)**2]
+    enabled_share: float  # share of the drive in which the monitor was enabled [-]
+    delay: float  # lag of the observer's torque behind the vehicle's, at the peak of their correlation [s]
+    warped: np.ndarray  # variance of every window after dynamic time warping of the vehicle's torque [(N*m)**2]
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """Verdict of the default monitor.
+    """Verdict of the default monitor."""
 
-    Args:
-        status: at the end of the drive
-        worst: highest alarm level of the running verdict, as in `LEVELS`
-        ratios: lowest and highest ratio to the baseline while friction was judged [-]
-        delays: enabled time from a step of friction to rising and to fault [s], infinite without the alarm
-        early: whether there was an alarm before the step; at any time in a drive without a step
-        level: baseline and its standard deviation [N*m]; None where none was learnt
-    """
-
-    status: Status
-    worst: float
-    ratios: tuple[float, float]
+    status: Status  # at the end of the drive
+    worst: float  # highest alarm level of the running verdict, as in `LEVELS`
+    ratios: tuple[float, float]  # lowest and highest ratio to the baseline while friction was judged [-]
+    # enabled time from a step of friction to rising and to fault [s], infinite without the alarm
     delays: tuple[float, float]
-    early: bool
-    level: tuple[float, float] | None
+    early: bool  # whether there was an alarm before the step; at any time in a drive without a step
+    level: tuple[float, float] | None  # baseline and its standard deviation [N*m]; None where none was learnt
 
 
 @dataclass(frozen=True)
 class Digest:
-    """Digest of one drive.
+    """Digest of one drive."""
 
-    Args:
-        seconds: duration [s]
-        angle: steering wheel angle at 5 Hz [rad]
-        courses: course of every requested estimator, by name
-        windows: windows of every requested form of the baseline monitor, by name
-        verdict: verdict of the default monitor
-    """
-
-    seconds: float
-    angle: np.ndarray
-    courses: dict[str, Course] = field(default_factory=dict)
+    seconds: float  # duration [s]
+    angle: np.ndarray  # steering wheel angle at 5 Hz [rad]
+    courses: dict[str, Course] = field(default_factory=dict)  # course of every requested estimator, by name
+    # windows of every requested form of the baseline monitor, by name
     windows: dict[str, Windows] = field(default_factory=dict)
-    verdict: Verdict | None = None
+    verdict: Verdict | None = None  # verdict of the default monitor
 
     def settled(self, estimator: str) -> np.ndarray:
         """Estimates of an estimator after the warm-up [N*m]."""
@@ -128,7 +97,6 @@ def digest(case: Case, names: Iterable[str], level: tuple[float, float] | None =
     """Simulates a drive, runs the estimators over it and returns their results.
 
     Args:
-        case: the drive
         names: estimators in `ESTIMATORS` and `BASELINES`; `DEFAULT` always runs
         level: baseline of the car and its standard deviation [N*m]; None learns it from this drive
     """

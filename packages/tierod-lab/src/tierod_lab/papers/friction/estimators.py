@@ -23,8 +23,7 @@ GRAVITY = 9.81
 RATIO_GROWTH = 0.06
 """Growth of the steering ratio with the squared angle that estimators with a variable ratio assume [1/rad**2]."""
 
-DEFAULT = "default"
-"""tierod's own estimator, with its verdict."""
+DEFAULT = "default"  # tierod's own estimator, with its verdict
 PRINTED = "paper, printed"
 POSTERIOR = "paper, printed, operating point estimated"
 PER_SAMPLE = "paper, printed, virtual rows of G one"

@@ -19,8 +19,7 @@ from tierod_lab.papers.friction.setups import TYRES
 from tierod_lab.papers.friction.statistics import deviation, joined, mean, means, pooled
 from tierod_lab.studies.effort import Effort
 
-CARS, QUICK_CARS = 48, 2
-"""Number of cars drawn, full and quick study; each is driven at every level."""
+CARS, QUICK_CARS = 48, 2  # Number of cars drawn, full and quick study; each is driven at every level
 
 SLIGHT = (1.0, 2.0)
 """Range of the smallest added friction [N*m]: PWM 15 % of Table 1. Each car draws its own value from it."""

@@ -20,12 +20,10 @@ from tierod_lab.papers.friction.reported import SEEDS, TURNS
 from tierod_lab.papers.friction.statistics import mean
 from tierod_lab.studies.effort import Effort
 
-PWM = (0, 5, 10, 15, 20, 25, 30, 35)
-"""Duty cycles of the clutch brake [%]; appendix A."""
+PWM = (0, 5, 10, 15, 20, 25, 30, 35)  # Duty cycles of the clutch brake [%]; appendix A
 
 SUPPORTS: tuple[Support, ...] = ("hoist", "ground")
-TRIALS = 2
-"""Turns at every duty cycle and support; appendix A."""
+TRIALS = 2  # Turns at every duty cycle and support; appendix A
 
 TABLE_1 = {15: (1.0, 2.0), 20: (3.0, 5.0), 25: (7.0, 10.0)}
 """Injected friction as printed in Table 1: PWM [%] -> range [N*m]."""
@@ -48,19 +46,12 @@ def brake_torque(pwm: float) -> float:
 
 @dataclass(frozen=True)
 class Turn:
-    """One lock-to-lock turn.
+    """One lock-to-lock turn."""
 
-    Args:
-        support: whether the wheels hang free or stand on the ground
-        pwm: duty cycle of the brake [%]
-        added: true friction added by the brake in this trial [N*m]
-        total: total friction estimated from the loop [N*m]
-    """
-
-    support: Support
-    pwm: int
-    added: float
-    total: float
+    support: Support  # whether the wheels hang free or stand on the ground
+    pwm: int  # duty cycle of the brake [%]
+    added: float  # true friction added by the brake in this trial [N*m]
+    total: float  # total friction estimated from the loop [N*m]
 
 
 def turns(effort: Effort) -> list[Turn]:

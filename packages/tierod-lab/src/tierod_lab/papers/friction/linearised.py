@@ -27,17 +27,12 @@ from tierod_lab.papers.friction.refined import RefinedFrictionMonitor
 
 @dataclass(frozen=True)
 class VariableRatioParameters(SmoothFrictionParameters):
-    """Parameters of the joint model with variable ratio, named as in a vehicle file.
+    """Parameters of the joint model with variable ratio, named as in a vehicle file."""
 
-    Args:
-        steering_ratio_growth: relative growth of the ratio with the squared angle [1/rad^2]; zero is a constant ratio
-        with_ratio_slope: 1 with the term of rho' in eq (19), 0 without
-        with_sign_slope: 1 with the term of delta in eq (19), 0 without
-    """
-
+    # relative growth of the ratio with the squared angle [1/rad^2]; zero is a constant ratio
     steering_ratio_growth: Annotated[float, "1/rad**2"] = 0.0
-    with_ratio_slope: Annotated[float, ""] = 1.0
-    with_sign_slope: Annotated[float, ""] = 1.0
+    with_ratio_slope: Annotated[float, ""] = 1.0  # 1 with the term of rho' in eq (19), 0 without
+    with_sign_slope: Annotated[float, ""] = 1.0  # 1 with the term of delta in eq (19), 0 without
 
 
 class LinearisedFrictionEstimation:

@@ -29,15 +29,11 @@ SEEN_BY = (
 
 @dataclass(frozen=True)
 class PaperSets:
-    """The drives of the paper.
+    """The drives of the paper."""
 
-    Args:
-        development, test: drives by health state
-        further: drives that the paper does not have: fault-free and worst state on the tyres that its sets leave out
-    """
-
-    development: Mapping[str, tuple[Case, ...]]
+    development: Mapping[str, tuple[Case, ...]]  # development, test: drives by health state
     test: Mapping[str, tuple[Case, ...]]
+    # drives that the paper does not have: fault-free and worst state on the tyres that its sets leave out
     further: Mapping[str, tuple[Case, ...]]
 
     def all_of(self, state: str) -> tuple[Case, ...]:

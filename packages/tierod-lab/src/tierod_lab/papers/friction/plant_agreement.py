@@ -14,22 +14,14 @@ from tierod_lab.papers.friction.plant_replay import Replay
 
 
 class Agreement(NamedTuple):
-    """Differences of a chassis from a reference.
+    """Differences of a chassis from a reference."""
 
-    Args:
-        yaw_rate, lateral_acceleration: RMS of the difference divided by that of the reference [-]
-        yaw_rate_error: RMS of the difference [rad/s]
-        gain: standard deviation of the chassis' yaw rate divided by that of the reference [-]
-        correlation: correlation coefficient of both yaw rates [-]
-        peak: maximum lateral acceleration of the reference [m/s**2]
-    """
-
-    yaw_rate: float
+    yaw_rate: float  # yaw_rate, lateral_acceleration: RMS of the difference divided by that of the reference [-]
     lateral_acceleration: float
-    yaw_rate_error: float
-    gain: float
-    correlation: float
-    peak: float
+    yaw_rate_error: float  # RMS of the difference [rad/s]
+    gain: float  # standard deviation of the chassis' yaw rate divided by that of the reference [-]
+    correlation: float  # correlation coefficient of both yaw rates [-]
+    peak: float  # maximum lateral acceleration of the reference [m/s**2]
 
 
 def agreement(ours: np.ndarray, theirs: np.ndarray) -> Agreement:
@@ -116,7 +108,6 @@ def commonroad_agreement(speed: float, steer: float, frequency: float, multibody
         speed: initial speed, then coasting [m/s]
         steer: amplitude of the road wheels [rad]
         frequency: frequency of the weave, which grows over its first second [Hz]
-        multibody: whether the multi-body model is the reference
 
     Raises:
         InputError: the package `commonroad-vehicle-models` is not installed

@@ -60,7 +60,6 @@ def powers(
     Args:
         chassis: two-track chassis without aerodynamic drag
         motion, reaction: state of motion and reaction at the instant
-        steer, road: inputs of this reaction
         torques, brakes: drive and maximum brake torques of every wheel [N*m]
     """
     hubs = chassis.hubs(motion, steer)

@@ -20,10 +20,8 @@ from tierod_lab.papers.friction.plant_replay import Replay
 
 STEERING_ZERO = -0.0029
 """Steering offset of the race laps [rad], fitted with the cornering stiffnesses; it drifts by 1 mrad within minutes."""
-LINEAR = 4.0
-"""Lateral acceleration up to which tyres and car are regarded as linear [m/s**2]."""
-SETTLING = 0.5
-"""Time at the start of every part that is excluded from the comparison [s]."""
+LINEAR = 4.0  # Lateral acceleration up to which tyres and car are regarded as linear [m/s**2]
+SETTLING = 0.5  # Time at the start of every part that is excluded from the comparison [s]
 
 
 def _at(recording: Recording, names: tuple[str, ...], time: np.ndarray) -> list[np.ndarray]:

@@ -50,20 +50,14 @@ class _Motion(NamedTuple):
 
 @dataclass(frozen=True)
 class Replay:
-    """Drives a chassis by its front road wheels, both at one angle; a stiff speed controller drives and brakes.
+    """Drives a chassis by its front road wheels, both at one angle; a stiff speed controller drives and brakes."""
 
-    Args:
-        chassis: chassis under test
-        powertrain: distribution of the controller's force over the wheels
-        start_speed: initial speed, rolling straight ahead
-        speed_gain: force per speed error; at 1 m/s**2 a car of 1600 kg lags by 0.05 m/s
-        step_time: step of the integration, which uses Heun's method as in the cars
-    """
-
-    chassis: Chassis = field(default_factory=TwoTrack)
-    powertrain: Powertrain = field(default_factory=Powertrain)
-    start_speed: Annotated[float, "m/s", NOT_NEGATIVE] = 20.0
+    chassis: Chassis = field(default_factory=TwoTrack)  # chassis under test
+    powertrain: Powertrain = field(default_factory=Powertrain)  # distribution of the controller's force over the wheels
+    start_speed: Annotated[float, "m/s", NOT_NEGATIVE] = 20.0  # initial speed, rolling straight ahead
+    # force per speed error; at 1 m/s**2 a car of 1600 kg lags by 0.05 m/s
     speed_gain: Annotated[float, "N*s/m", NOT_NEGATIVE] = 32e3
+    # step of the integration, which uses Heun's method as in the cars
     step_time: Annotated[float, "s", POSITIVE] = 1e-3
 
     Sample = ChassisInput

@@ -48,7 +48,6 @@ def joint_filter(
     """The filter of the joint model with Q and R named as in eqs (11) and (12).
 
     Args:
-        parameters: parameters of the joint model
         input_variance: Q of driver torque [(N m)^2], motor torque [(N m)^2], lateral acceleration [(m/s^2)^2]
         virtual_variance: Q of self-aligning torque and friction torque [(N m)^2]
         virtual_noise: reading of the last two rows of G: "scaled by sample time" (printed, eq 8: dt) or "per sample"
@@ -58,7 +57,6 @@ def joint_filter(
             With the printed covariance values from 0.1 on make no difference: they fade before the gate first opens
         initial_friction: [N m]; 3 as printed
         measurement_variance: variance of angle [rad^2], rate and yaw rate [rad^2/s^2]; 1e-4 as printed
-        estimator: class of the filter
         model: the joint model, linear in its direction or smooth
 
     The rest of P0 is not printed either: 1e-2 for the motions, 100 (N m)^2 for the self-aligning torque [assumed].
@@ -95,7 +93,6 @@ def printed(
     The self-aligning torque is hardly tracked with it (41 N m root mean square) and friction reads 0.4 to 0.9 N m high.
 
     Args:
-        parameters: parameters of the joint model
         initial_friction_variance: P_T [(N m)^2]; from 3 N m, 12.5 N m reads 8.0 N m after the printed 50 s of enabled
             time with 1, and 6.5 N m with the steady value of 6e-4 (`tierod study friction`)
         operating_point: see `RefinedFrictionMonitor`, appendix B
@@ -123,7 +120,6 @@ def printed_open(
     """The printed monitor with Q = 1e4 of the self-aligning torque, so that it is tracked.
 
     Args:
-        parameters: parameters of the joint model
         initial_friction_variance: P_T [(N m)^2], as in `printed`
         operating_point: see `RefinedFrictionMonitor`, appendix B
     """
@@ -152,7 +148,6 @@ def consistent(
     self-aligning torque is then 6.5 N m, and the variance of friction is meaningful.
 
     Args:
-        parameters: parameters of the joint model
         initial_friction_variance: P_T [(N m)^2]; (5 N m)^2 covers every level of the paper, and the estimate has
             converged after 10 s of enabled time
         operating_point: see `RefinedFrictionMonitor`, appendix B
@@ -183,7 +178,6 @@ def unscented(
     higher, which compensates part of the pre-sliding bias by coincidence.
 
     Args:
-        parameters: parameters of the joint model
         smoothing_rate: eps, rate at which tanh reaches 76 % [rad/s]
         initial_friction_variance: P_T [(N m)^2], as in `consistent`
 

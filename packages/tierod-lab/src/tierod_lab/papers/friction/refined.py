@@ -48,27 +48,19 @@ class InnovationVariance(NamedTuple):
 
 
 class FrictionEstimate(NamedTuple):
-    """Output of the refined monitor after a sample.
+    """Output of the refined monitor after a sample."""
 
-    Args:
-        friction_torque: friction torque at the steering wheel axis
-        friction_deviation: standard deviation computed by the filter; the true error is 5 to 20 times larger in the
-            printed tuning, since Q contains no errors of the friction model
-        enabled: 1 where the sample corrected the friction torque
-        self_aligning_torque: self-aligning torque about the kingpins
-        innovation, innovation_variance: innovations of the three measurements, and their variances
-        nis: normalised innovation squared over the measurements that were present
-        present: number of present measurements
-    """
-
-    friction_torque: Annotated[float, "N*m"]
+    friction_torque: Annotated[float, "N*m"]  # friction torque at the steering wheel axis
+    # standard deviation computed by the filter; the true error is 5 to 20 times larger in the printed tuning, since Q
+    # contains no errors of the friction model
     friction_deviation: Annotated[float, "N*m"]
-    enabled: Annotated[float, ""]
-    self_aligning_torque: Annotated[float, "N*m"]
+    enabled: Annotated[float, ""]  # 1 where the sample corrected the friction torque
+    self_aligning_torque: Annotated[float, "N*m"]  # self-aligning torque about the kingpins
+    # innovation, innovation_variance: innovations of the three measurements, and their variances
     innovation: Innovation
     innovation_variance: InnovationVariance
-    nis: Annotated[float, ""]
-    present: Annotated[float, ""]
+    nis: Annotated[float, ""]  # normalised innovation squared over the measurements that were present
+    present: Annotated[float, ""]  # number of present measurements
 
 
 @dataclass(frozen=True)
@@ -221,13 +213,7 @@ class RefinedFrictionMonitor:
         )
 
     def inputs(self, before: Any, belief: Belief, direction: Any) -> Any:
-        """Inputs of the filter's model: the torques and the acceleration, and the direction of friction.
-
-        Args:
-            before: previous sample
-            belief: belief after the previous sample
-            direction: direction of friction at the operating point
-        """
+        """Inputs of the filter's model: the torques and the acceleration, and the direction of friction."""
         return FrictionEstimation.Input(
             before.driver_torque, before.motor_torque, before.lateral_acceleration, direction
         )

@@ -27,8 +27,7 @@ from tierod_lab.studies.effort import Effort
 THRESHOLD = 7.5
 """Threshold half-way between the nominal friction, 4, and the least that a driver notices, 11 [N*m]; Table 1."""
 
-INITIAL = 3.0
-"""Initial friction estimate of the paper's filter [N*m]."""
+INITIAL = 3.0  # Initial friction estimate of the paper's filter [N*m]
 
 READINGS = (named.PRINTED, named.POSTERIOR, named.PER_SAMPLE, named.OPEN, named.CORRECTED, named.UNSCENTED)
 

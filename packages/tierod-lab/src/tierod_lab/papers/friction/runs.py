@@ -11,8 +11,7 @@ from tierod_lab.papers.friction.cases import Case
 from tierod_lab.papers.friction.digest import Digest, digest
 from tierod_lab.studies.effort import Effort, Progress
 
-Wants = Mapping[Case, Iterable[str]]
-"""Drive -> names of the estimators that run over it."""
+Wants = Mapping[Case, Iterable[str]]  # Drive -> names of the estimators that run over it
 
 
 @dataclass(frozen=True)
@@ -25,17 +24,11 @@ class _Task:
 
 @dataclass(frozen=True)
 class Drives:
-    """All drives of a study.
+    """All drives of a study."""
 
-    Args:
-        digests: digest of every drive that succeeded
-        failures: (drive, reason) of every drive that failed
-        first: offset of the seeds of all drives
-    """
-
-    digests: Mapping[Case, Digest]
-    failures: tuple[tuple[Case, str], ...] = ()
-    first: int = 0
+    digests: Mapping[Case, Digest]  # digest of every drive that succeeded
+    failures: tuple[tuple[Case, str], ...] = ()  # (drive, reason) of every drive that failed
+    first: int = 0  # offset of the seeds of all drives
 
     def of(self, cases: Iterable[Case]) -> list[Digest]:
         """Digests of the given drives in their order, without those that failed."""
@@ -54,7 +47,6 @@ def run_drives(parts: Iterable[Wants], effort: Effort, progress: Progress, first
         parts: drives and estimators that each part of the study needs
         effort: effort of the study, with the workers and kept results
         progress: called with the share of the driving done and a description
-        first: offset of the seeds of all drives
 
     Raises:
         TierodError: every drive failed

@@ -14,21 +14,13 @@ from tierod_lab.papers.friction.setups import CONDITIONS, TYRES, USUAL_LAW, VARI
 
 @dataclass(frozen=True)
 class Setting:
-    """A condition of the search.
+    """A condition of the search."""
 
-    Args:
-        condition: a name in `CONDITIONS`
-        tyres: names in `TYRES`, which the drives take in turn
-        law: a name in `LAWS`
-        scatter: a name in `SCATTERS`; empty for the nominal car
-        wander: relative standard deviation of friction during a drive, as with temperature [-]
-    """
-
-    condition: str = "as usual"
-    tyres: tuple[str, ...] = ("summer",)
-    law: str = USUAL_LAW
-    scatter: str = ""
-    wander: float = 0.0
+    condition: str = "as usual"  # a name in `CONDITIONS`
+    tyres: tuple[str, ...] = ("summer",)  # names in `TYRES`, which the drives take in turn
+    law: str = USUAL_LAW  # a name in `LAWS`
+    scatter: str = ""  # a name in `SCATTERS`; empty for the nominal car
+    wander: float = 0.0  # relative standard deviation of friction during a drive, as with temperature [-]
 
 
 _ALL_TYRES = tuple(TYRES)[1:]

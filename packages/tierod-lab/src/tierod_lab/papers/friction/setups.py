@@ -18,20 +18,13 @@ from tierod_lab.ground.steering.friction import Coulomb, Dahl, DahlPower, LuGre,
 
 @dataclass(frozen=True)
 class Setup:
-    """A car with its sensors, roads and driving conditions.
+    """A car with its sensors, roads and driving conditions."""
 
-    Args:
-        car: the true car, which the estimators do not have
-        sensors: sensors of the channels on its bus
-        roads: kinds of road, in driving order
-        conditions: disturbances by driver, wind and road
-        below_bar: whether angle and rate of the steering wheel are measured at the motor, below the torsion bar
-    """
-
-    car: EpsCar
-    sensors: SensorSet
-    roads: tuple[AnyRoad, ...]
-    conditions: tuple[AnyCondition, ...]
+    car: EpsCar  # the true car, which the estimators do not have
+    sensors: SensorSet  # sensors of the channels on its bus
+    roads: tuple[AnyRoad, ...]  # kinds of road, in driving order
+    conditions: tuple[AnyCondition, ...]  # disturbances by driver, wind and road
+    # whether angle and rate of the steering wheel are measured at the motor, below the torsion bar
     below_bar: bool = False
 
 
@@ -176,8 +169,7 @@ LAWS: Mapping[str, Change] = {
 }
 
 USUAL_LAW = "Dahl 1°"
-UNKNOWN_LAWS = tuple(LAWS)[4:]
-"""Laws that the default estimator does not assume: all but the first four of `LAWS`."""
+UNKNOWN_LAWS = tuple(LAWS)[4:]  # Laws that the default estimator does not assume: all but the first four of `LAWS`
 
 _TORQUES = ("driver_torque", "motor_torque")
 _MOTION = ("yaw_rate", "lateral_acceleration")

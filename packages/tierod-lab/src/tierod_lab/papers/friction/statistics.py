@@ -9,8 +9,7 @@ import numpy as np
 
 from tierod_lab.papers.friction.digest import Digest
 
-BINS = 40
-"""Number of bins of the histograms whose overlap is measured."""
+BINS = 40  # Number of bins of the histograms whose overlap is measured
 
 
 def pooled(digests: Iterable[Digest], estimator: str) -> np.ndarray:

@@ -54,8 +54,7 @@ PARTS = (
     laws.items,
     steps.items,
 )
-_DRIVING = 0.9
-"""Share of the drives in the progress of the study [-]."""
+_DRIVING = 0.9  # Share of the drives in the progress of the study [-]
 
 
 def items(effort: Effort, progress: Progress) -> Iterator[Item]:

@@ -107,33 +107,22 @@ def _merge(a: Moments, b: Moments) -> Moments:
 
 @dataclass(frozen=True)
 class VarianceParameters:
-    """Parameters of the baseline monitor, named as in a vehicle file.
+    """Parameters of the baseline monitor, named as in a vehicle file."""
 
-    Args:
-        mass: mass of the vehicle [kg]
-        front_distance, rear_distance: distances of the axles from the centre of gravity [m]
-        front_cornering_stiffness, rear_cornering_stiffness: both tyres of an axle together [N/rad]
-        trail: mechanical and pneumatic trail together, l_p [m]
-        steering_ratio: road wheel angle per steering wheel angle, rho [-]
-        column_inertia: J_eq [kg m^2]
-        column_damping: B_eq [N m s/rad], greater than zero
-        motor_ratio: turns of the motor per turn of the wheel, n [-]
-        nominal_friction: T_f of the fault-free steering, which the observer models [N m]
-        sample_time: dt [s]
-    """
-
-    mass: Annotated[float, "kg"]
+    mass: Annotated[float, "kg"]  # mass of the vehicle [kg]
+    # front_distance, rear_distance: distances of the axles from the centre of gravity [m]
     front_distance: Annotated[float, "m"]
     rear_distance: Annotated[float, "m"]
+    # front_cornering_stiffness, rear_cornering_stiffness: both tyres of an axle together [N/rad]
     front_cornering_stiffness: Annotated[float, "N/rad"]
     rear_cornering_stiffness: Annotated[float, "N/rad"]
-    trail: Annotated[float, "m"]
-    steering_ratio: Annotated[float, ""]
-    column_inertia: Annotated[float, "kg*m**2"]
-    column_damping: Annotated[float, "N*m*s/rad"]
-    motor_ratio: Annotated[float, ""]
-    nominal_friction: Annotated[float, "N*m"]
-    sample_time: Annotated[float, "s"] = 0.01
+    trail: Annotated[float, "m"]  # mechanical and pneumatic trail together, l_p [m]
+    steering_ratio: Annotated[float, ""]  # road wheel angle per steering wheel angle, rho [-]
+    column_inertia: Annotated[float, "kg*m**2"]  # J_eq [kg m^2]
+    column_damping: Annotated[float, "N*m*s/rad"]  # B_eq [N m s/rad], greater than zero
+    motor_ratio: Annotated[float, ""]  # turns of the motor per turn of the wheel, n [-]
+    nominal_friction: Annotated[float, "N*m"]  # T_f of the fault-free steering, which the observer models [N m]
+    sample_time: Annotated[float, "s"] = 0.01  # dt [s]
 
 
 @dataclass(frozen=True)
@@ -141,16 +130,14 @@ class VarianceGate:
     """Gate that opens where the linear single-track model is valid.
 
     Source: Mohtat et al., section 4.2. On simulated drives it is open 2.7 % of the time (printed: 36 %).
-
-    Args:
-        minimum_angle: least steering wheel angle [rad]; 10 degrees as printed
-        minimum_acceleration, maximum_acceleration: range of lateral acceleration [m/s^2]; 0.1 and 0.5 as printed
-        maximum_slip: largest slip angle of the front tyres [rad]; 5 degrees as printed
     """
 
+    # least steering wheel angle [rad]; 10 degrees as printed
     minimum_angle: Annotated[float, "rad"] = math.radians(10.0)
+    # minimum_acceleration, maximum_acceleration: range of lateral acceleration [m/s^2]; 0.1 and 0.5 as printed
     minimum_acceleration: Annotated[float, "m/s**2"] = 0.1
     maximum_acceleration: Annotated[float, "m/s**2"] = 0.5
+    # largest slip angle of the front tyres [rad]; 5 degrees as printed
     maximum_slip: Annotated[float, "rad"] = math.radians(5.0)
 
     def opened(self, steering_wheel_angle: Scalar, lateral_acceleration: Scalar, front_slip: Scalar) -> Scalar:
@@ -173,25 +160,15 @@ class AligningTorqueObserver(NamedTuple):
 
 
 class VarianceOutput(NamedTuple):
-    """Output of the baseline monitor after a sample.
+    """Output of the baseline monitor after a sample."""
 
-    Args:
-        external_torque: self-aligning torque from the motion of the vehicle, eq (1)
-        internal_torque: self-aligning torque from the column, eq (2)
-        variance: variance of their difference over the window
-        samples: number of samples in that variance
-        ready: 1 where there are enough samples
-        enabled: 1 where the sample counted
-        fault: 1 where the variance is above the threshold
-    """
-
-    external_torque: Annotated[float, "N*m"]
-    internal_torque: Annotated[float, "N*m"]
-    variance: Annotated[float, "N**2*m**2"]
-    samples: Annotated[float, ""]
-    ready: Annotated[float, ""]
-    enabled: Annotated[float, ""]
-    fault: Annotated[float, ""]
+    external_torque: Annotated[float, "N*m"]  # self-aligning torque from the motion of the vehicle, eq (1)
+    internal_torque: Annotated[float, "N*m"]  # self-aligning torque from the column, eq (2)
+    variance: Annotated[float, "N**2*m**2"]  # variance of their difference over the window
+    samples: Annotated[float, ""]  # number of samples in that variance
+    ready: Annotated[float, ""]  # 1 where there are enough samples
+    enabled: Annotated[float, ""]  # 1 where the sample counted
+    fault: Annotated[float, ""]  # 1 where the variance is above the threshold
 
 
 @dataclass(frozen=True)
@@ -202,7 +179,6 @@ class VarianceFrictionMonitor:
     appears as a self-aligning torque with the sign of the rate. The observer takes the sign from the measured rate.
 
     Args:
-        parameters: parameters of vehicle and column
         threshold: variance above which friction is faulty [(N m)^2]; inf gives no verdict. Take it from healthy drives
             of the same car with `calibrated`: it depends on every parameter error
         gate: the printed conditions, or None to count every sample
@@ -335,8 +311,6 @@ def calibrated(monitor: VarianceFrictionMonitor, healthy: Sequence[Result], quan
     """The monitor with a threshold from drives of the fault-free car.
 
     Args:
-        monitor: monitor that was run on the drives
-        healthy: its outputs
         quantile: share of the fault-free windows that stays below the threshold, 0.5 to 1 (1 takes the largest)
 
     Raises:

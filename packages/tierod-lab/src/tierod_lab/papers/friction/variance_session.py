@@ -38,15 +38,13 @@ VARIANCE_DECISIONS = (
 
 QUANTITY = "variance between two self-aligning torques about the kingpins"
 
-NEEDED_WINDOWS = 4
-"""Least number of windows for a verdict: a single one may contain a single manoeuvre."""
+NEEDED_WINDOWS = 4  # Least number of windows for a verdict: a single one may contain a single manoeuvre
 
 
 class VarianceSession(BlockSession):
     """Run the baseline monitor over a recording and collect the variance of every full window.
 
     Args:
-        name: name of monitor and variant
         block: the monitor, with its threshold; inf where none is given
         rate: sampling rate [Hz]
     """
@@ -136,9 +134,6 @@ class VarianceSession(BlockSession):
         """Time [s] from which most windows lie above the limit; None where they do from the first window on.
 
         Requiring all windows would date it late: the variance also falls on straight roads.
-
-        Args:
-            above: whether each window is above the limit
         """
         majority = np.cumsum((above - 0.5)[::-1])[::-1]
         first = int(np.argmax(majority))

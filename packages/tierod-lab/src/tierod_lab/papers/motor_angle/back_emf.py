@@ -21,48 +21,30 @@ from tierod.physics.pm_motor import rotor_acceleration, torque_constant
 from tierod_lab.methods.pole_placement import discrete_poles, observer_gain
 from tierod_lab.papers.motor_angle.observers import WIDEST, Sample, flux_rate, fresh, output_class, residual
 
-READINGS = ("corrected", "printed")
-"""Sign of the inductive term in (46): minus, or plus as printed."""
+READINGS = ("corrected", "printed")  # Sign of the inductive term in (46): minus, or plus as printed
 SLOW = ("held", "increments")
 """Behaviour while the back-EMF is too small: hold the angle, or follow the increments of the sensor."""
 
 
 class FeedforwardState(NamedTuple):
-    """State of the feedforward.
+    """State of the feedforward."""
 
-    Args:
-        emf: filtered back-EMF [V]
-        current: current of the last sample [A]
-        known: whether that current was available
-        speed: electrical speed [rad/s]
-        lagging: electrical angle of the filtered back-EMF [rad], not wrapped
-        sensed: last angle of the sensor [rad]
-        begun: whether the angle has been initialised by the sensor
-    """
-
-    emf: StatorVector
-    current: StatorVector
-    known: Scalar
-    speed: Scalar
-    lagging: Scalar
-    sensed: Scalar
-    begun: Scalar
+    emf: StatorVector  # filtered back-EMF [V]
+    current: StatorVector  # current of the last sample [A]
+    known: Scalar  # whether that current was available
+    speed: Scalar  # electrical speed [rad/s]
+    lagging: Scalar  # electrical angle of the filtered back-EMF [rad], not wrapped
+    sensed: Scalar  # last angle of the sensor [rad]
+    begun: Scalar  # whether the angle has been initialised by the sensor
 
 
 class Turning(NamedTuple):
-    """Angle and speed from the back-EMF.
+    """Angle and speed from the back-EMF."""
 
-    Args:
-        lagging: electrical angle of the filtered back-EMF [rad]
-        electrical_angle: the same, compensated for the lag of the filter [rad]
-        electrical_speed: signed electrical speed [rad/s]
-        standing: 1 while the back-EMF is too small for an angle
-    """
-
-    lagging: Scalar
-    electrical_angle: Scalar
-    electrical_speed: Scalar
-    standing: Scalar
+    lagging: Scalar  # electrical angle of the filtered back-EMF [rad]
+    electrical_angle: Scalar  # the same, compensated for the lag of the filter [rad]
+    electrical_speed: Scalar  # signed electrical speed [rad/s]
+    standing: Scalar  # 1 while the back-EMF is too small for an angle
 
 
 @dataclass(frozen=True)
@@ -70,7 +52,6 @@ class FeedforwardAngle:
     """Motor angle from the direction of the filtered back-EMF, u - R i - L di/dt, with compensated filter lag.
 
     Args:
-        parameters: parameters of the motor
         bandwidth: bandwidth of the filter, which makes the derivative causal [rad/s]; 300 Hz
         least_speed: speed below which the noise of the derivative exceeds the back-EMF, and `slow` applies
         reading: "corrected", or "printed" with +L di/dt, which turns the angle by atan(2 L i_q / psi)
@@ -206,7 +187,6 @@ class FeedforwardWithLoad:
     """Luenberger observer of angle, speed and load, driven by the torque of the current, corrected by the angle (46).
 
     Args:
-        feedforward: the feedforward angle
         gain: corrections of angle, speed and load per radian of difference between the two angles
 
     While the back-EMF is too small, the observer is corrected by the held angle: otherwise a load that reverses at
@@ -227,7 +207,6 @@ class FeedforwardWithLoad:
         """Design the observer of a motor.
 
         Args:
-            parameters: parameters of the motor
             poles: poles of the error of angle, speed and load [1/s]
             slow: behaviour of `FeedforwardAngle` below its least speed
 
@@ -276,23 +255,14 @@ class FeedforwardWithLoad:
 
 
 class FluxState(NamedTuple):
-    """State of the observer.
+    """State of the observer."""
 
-    Args:
-        flux: stator flux linkage [V*s]
-        current: current of the last sample [A]
-        known: whether that current was available
-        angle: electrical angle [rad], not wrapped
-        speed: electrical speed [rad/s]
-        begun: whether the angle has been initialised by the sensor
-    """
-
-    flux: StatorVector
-    current: StatorVector
-    known: Scalar
-    angle: Scalar
-    speed: Scalar
-    begun: Scalar
+    flux: StatorVector  # stator flux linkage [V*s]
+    current: StatorVector  # current of the last sample [A]
+    known: Scalar  # whether that current was available
+    angle: Scalar  # electrical angle [rad], not wrapped
+    speed: Scalar  # electrical speed [rad/s]
+    begun: Scalar  # whether the angle has been initialised by the sensor
 
 
 @dataclass(frozen=True)
@@ -304,7 +274,6 @@ class FluxObserver:
 
     Args:
         parameters: parameters of the motor; inertia and damping are not used
-        bandwidth: both poles of the phase-locked loop
         damping: growth of the correction of the magnitude with the speed
 
     Source: Hinkkanen, Saarakkala, Awan, Molsa, Tuovinen, IEEE Trans. Ind. Appl. 54 (2018) 5506,

@@ -39,25 +39,18 @@ class FullState(NamedTuple):
 
 @dataclass(frozen=True)
 class BareLuenberger:
-    """Full Luenberger observer of eqs (8), (9) and (23), by Euler's method.
+    """Full Luenberger observer of eqs (8), (9) and (23), by Euler's method."""
 
-    Args:
-        current_current, current_speed, speed_current, speed_speed: A of (20)
-        current_voltage: B of (20)
-        current_gain, speed_gain: K of (23)
-        pole_pairs: z_p
-        sample_time: sampling interval T
-    """
-
+    # current_current, current_speed, speed_current, speed_speed: A of (20)
     current_current: Annotated[float, "1/s"] = -500.0
     current_speed: Annotated[float, "A/rad"] = -340.0
     speed_current: Annotated[float, "rad/A/s**2"] = 425.0
     speed_speed: Annotated[float, "1/s"] = -3.3
-    current_voltage: Annotated[float, "A/V/s"] = 1e4
-    current_gain: Annotated[float, "1/s"] = 800.0
+    current_voltage: Annotated[float, "A/V/s"] = 1e4  # B of (20)
+    current_gain: Annotated[float, "1/s"] = 800.0  # current_gain, speed_gain: K of (23)
     speed_gain: Annotated[float, "rad/A/s**2"] = -400.0
-    pole_pairs: Annotated[float, ""] = 4.0
-    sample_time: Annotated[float, "s"] = 1e-4
+    pole_pairs: Annotated[float, ""] = 4.0  # z_p
+    sample_time: Annotated[float, "s"] = 1e-4  # sampling interval T
 
     Sample = Seen
 
@@ -107,14 +100,10 @@ class BareReduced:
     """Reduced Luenberger observer of eqs (8), (9), (32) corrected and (33), by Euler's method.
 
     The coefficients are computed in every step, as the equations are written.
-
-    Args:
-        pole_pairs: z_p
-        sample_time: sampling interval T
     """
 
-    pole_pairs: Annotated[float, ""] = 4.0
-    sample_time: Annotated[float, "s"] = 1e-4
+    pole_pairs: Annotated[float, ""] = 4.0  # z_p
+    sample_time: Annotated[float, "s"] = 1e-4  # sampling interval T
 
     Sample = Motor
 
@@ -152,18 +141,12 @@ class FeedforwardFound(NamedTuple):
 
 @dataclass(frozen=True)
 class BareFeedforward:
-    """Eq (46) with minus L dI/dt, its quotient as printed, and derivatives of the currents by a low-pass filter.
+    """Eq (46) with minus L dI/dt, its quotient as printed, and derivatives of the currents by a low-pass filter."""
 
-    Args:
-        resistance, inductance: phase resistance and inductance
-        bandwidth: bandwidth of the low-pass filter
-        sample_time: sampling interval T
-    """
-
-    resistance: Annotated[float, "ohm"] = 0.05
+    resistance: Annotated[float, "ohm"] = 0.05  # resistance, inductance: phase resistance and inductance
     inductance: Annotated[float, "H"] = 1e-4
-    bandwidth: Annotated[float, "rad/s"] = 1885.0
-    sample_time: Annotated[float, "s"] = 1e-4
+    bandwidth: Annotated[float, "rad/s"] = 1885.0  # bandwidth of the low-pass filter
+    sample_time: Annotated[float, "s"] = 1e-4  # sampling interval T
 
     Sample = Seen
 

@@ -20,8 +20,7 @@ from tierod_lab.ground.motor import AFS_MOTOR, Inverter, Warming
 from tierod_lab.papers.motor_angle.dq_motor import DqMotorParameters
 from tierod_lab.papers.motor_angle.sensor_faults import Fault
 
-RATE, SUBSTEPS = 1e4, 10
-"""Sampling rate of the recording [Hz], and samples per step of the bench."""
+RATE, SUBSTEPS = 1e4, 10  # Sampling rate of the recording [Hz], and samples per step of the bench
 NOISES = {
     "motor_current_alpha": 0.15,
     "motor_current_beta": 0.15,
@@ -30,8 +29,7 @@ NOISES = {
     "motor_angle_mechanical": 5e-4,
 }
 """Standard deviations of the sensor noise by signal, in its unit."""
-ANGLE = MotorAngleSample._fields.index("motor_angle_mechanical")
-"""Column of the angle sensor in the samples."""
+ANGLE = MotorAngleSample._fields.index("motor_angle_mechanical")  # Column of the angle sensor in the samples
 
 
 def bench_time(seconds: float) -> np.ndarray:
@@ -51,17 +49,11 @@ def course(time: np.ndarray, seed: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class BenchDrive:
-    """A drive as the monitor receives it, with the truth.
+    """A drive as the monitor receives it, with the truth."""
 
-    Args:
-        samples: signals of `MotorAngleSample` at `RATE`, (n, signals)
-        speed: true speed of the shaft [rad/s], (n,)
-        angle: true angle of the shaft [rad], (n,)
-    """
-
-    samples: np.ndarray
-    speed: np.ndarray
-    angle: np.ndarray
+    samples: np.ndarray  # signals of `MotorAngleSample` at `RATE`, (n, signals)
+    speed: np.ndarray  # true speed of the shaft [rad/s], (n,)
+    angle: np.ndarray  # true angle of the shaft [rad], (n,)
 
     @property
     def time(self) -> np.ndarray:
@@ -73,7 +65,6 @@ def drive(seed: int, seconds: float, fault: Fault | None = None, start: float = 
     """Simulate and record a drive of the bench.
 
     Args:
-        seed: seed of course and noise
         seconds: duration [s]
         fault: fault of the drive; None for a fault-free one
         start: start of the fault [s]
@@ -132,7 +123,6 @@ def faulty_ports(fault: Fault, since: np.ndarray, target: np.ndarray) -> dict[st
     """Gain, offset and hold of a fault at the port of its signal, a value per step of the bench.
 
     Args:
-        fault: the fault
         since: time since the start of the fault, a value per step of the bench; negative before it [s]
         target: target angle of the motor, a value per step of the bench [rad]
     """
@@ -153,8 +143,6 @@ def recorded(found: Result, inputs: Mapping[str, np.ndarray], quantum: float = 0
     """Record the signals of the bench behind their ports; the target angle only at its own instants.
 
     Args:
-        found: outputs of the bench
-        inputs: inputs of the bench
         quantum: resolution of the angle from `start` on, 0 for exact readings [rad]
         start: start of the coarse resolution [s]
     """
@@ -188,30 +176,21 @@ def noisy(clean: BenchDrive, random: np.random.Generator) -> BenchDrive:
     return replace(clean, samples=samples)
 
 
-SAMPLE_TIME = 1.0 / RATE
-"""Sampling interval [s]."""
+SAMPLE_TIME = 1.0 / RATE  # Sampling interval [s]
 NOISE = tuple(NOISES[name] for name in MotorAngleObserver.Sample._fields)
 """Standard deviations of the sensor noise, in the order of a sample [A, A, V, V, rad]."""
 
 
 @dataclass(frozen=True)
 class ObserverDrive:
-    """Inputs of an observer over a drive, and the truth.
+    """Inputs of an observer over a drive, and the truth."""
 
-    Args:
-        samples: signals of `MotorAngleObserver.Sample` at `RATE`, (n, 5)
-        angle, speed: true angle and speed of the shaft [rad], [rad/s], (n,)
-        load: torque that opposes the rotor, except its viscous friction [N*m], (n,)
-        commands: voltages commanded to the inverter, in the stator frame [V], (n, 2)
-        resistance: true phase resistance at the temperature of the winding [ohm], (n,)
-    """
-
-    samples: np.ndarray
-    angle: np.ndarray
+    samples: np.ndarray  # signals of `MotorAngleObserver.Sample` at `RATE`, (n, 5)
+    angle: np.ndarray  # angle, speed: true angle and speed of the shaft [rad], [rad/s], (n,)
     speed: np.ndarray
-    load: np.ndarray
-    commands: np.ndarray
-    resistance: np.ndarray
+    load: np.ndarray  # torque that opposes the rotor, except its viscous friction [N*m], (n,)
+    commands: np.ndarray  # voltages commanded to the inverter, in the stator frame [V], (n, 2)
+    resistance: np.ndarray  # true phase resistance at the temperature of the winding [ohm], (n,)
 
     @property
     def commanded(self) -> np.ndarray:
@@ -240,7 +219,6 @@ def bench(
     Args:
         temperature: temperature of winding and magnets [K]; the vehicle file holds at 20 degrees
         stiffness: stiffness of the spring that loads the shaft [N*m/rad]
-        inverter: inverter of the motor
     """
     # Huge heat capacities keep the temperature.
     constant = Warming(winding_capacity=1e9, housing_capacity=1e9, ambient_temperature=temperature)
@@ -254,10 +232,8 @@ def to_and_fro(
     """Simulate a drive in both directions against a spring, along `course`.
 
     Args:
-        seed: seed of course and noise
         seconds: duration [s]
         temperature: temperature of the motor [K]
-        inverter: inverter of the motor
     """
     time = bench_time(seconds)
     return observed_drive(bench(temperature, inverter=inverter), course(time, seed), np.zeros(len(time)), seed)
@@ -270,7 +246,6 @@ def observed_drive(plant: Block, target: np.ndarray, load: np.ndarray, seed: int
         plant: the bench, or a `Varied` one with parameters as inputs
         target: target angle, a value per step of the bench [rad]
         load: load torque besides the spring, a value per step of the bench [N*m]
-        seed: seed of the noise
         more: further inputs of the bench by name, a value per step
     """
     return _run(plant, seed, target_motor_angle=target, load_torque=load, control=np.ones(len(target)), **more)
@@ -280,9 +255,7 @@ def locked(plant: Block, torque: np.ndarray, seed: int) -> ObserverDrive:
     """Simulate a bench with locked shaft.
 
     Args:
-        plant: the bench
         torque: torque command, a value per step of the bench [N*m]
-        seed: seed of the noise
     """
     return _run(plant, seed, motor_torque=torque, locked=np.ones(len(torque)))
 
@@ -298,12 +271,7 @@ def _run(plant: Block, seed: int, **given: np.ndarray) -> ObserverDrive:
 
 
 def noises(seed: int, shape: tuple[int, ...]) -> np.ndarray:
-    """Normally distributed sensor noise of a drive.
-
-    Args:
-        seed: seed of the drive
-        shape: shape of its samples
-    """
+    """Normally distributed sensor noise of a drive."""
     return np.asarray(np.random.default_rng([seed, 5]).normal(size=shape) * NOISE)
 
 

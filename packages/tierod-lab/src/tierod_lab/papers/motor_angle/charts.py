@@ -16,8 +16,7 @@ from tierod_lab.papers.motor_angle.sensor_faults import STUCK, drift, offset
 from tierod_lab.studies.effort import Effort
 from tierod_lab.studies.metrics import Frame
 
-EVERY = 4
-"""Decimation of the drawn curves [true values]."""
+EVERY = 4  # Decimation of the drawn curves [true values]
 
 
 def charts(frames: Mapping[str, Frame], effort: Effort) -> Iterator[Chart]:

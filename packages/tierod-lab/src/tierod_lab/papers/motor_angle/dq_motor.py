@@ -19,8 +19,7 @@ from tierod.physics.pm_motor import (
     torque_constant,
 )
 
-DqMotorParameters = MotorParameters
-"""Parameters of a motor whose d- and q-axis inductances may differ."""
+DqMotorParameters = MotorParameters  # Parameters of a motor whose d- and q-axis inductances may differ
 
 
 class DqMotor:
@@ -114,7 +113,6 @@ def q_axis_motor(p: MotorParameters, reading: str = "corrected") -> LinearSystem
     """Linear system from the q-axis voltage to the q-axis current.
 
     Args:
-        p: parameters of the motor
         reading: torque constant, "corrected" or "printed"
 
     Returns:

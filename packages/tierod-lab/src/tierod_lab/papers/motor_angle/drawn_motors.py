@@ -18,17 +18,11 @@ from tierod_lab.studies.metrics import Row
 
 @dataclass(frozen=True)
 class Drawn:
-    """A motor on a bench.
+    """A motor on a bench."""
 
-    Args:
-        machine: true parameters of the motor
-        temperature: temperature of winding and magnets [K]
-        seed: seed of the draw
-    """
-
-    machine: Machine
-    temperature: float
-    seed: int
+    machine: Machine  # true parameters of the motor
+    temperature: float  # temperature of winding and magnets [K]
+    seed: int  # seed of the draw
 
     @property
     def plant(self) -> MotorBench:
@@ -65,7 +59,6 @@ def recording(seen: ObserverDrive, temperature: float | None = None) -> Recordin
     """The drive as a recording of a user.
 
     Args:
-        seen: the drive
         temperature: temperature of the winding [K]; None for a motor without that sensor
     """
     columns = dict(zip(MotorAngleObserver.Sample._fields, seen.samples.T, strict=True))

@@ -31,12 +31,9 @@ from tierod_lab.papers.motor_angle.bench import (
 )
 from tierod_lab.papers.motor_angle.sensor_faults import Fault
 
-EARLIEST, LATEST, AFTER = 5.5, 7.0, 1.5
-"""Earliest and latest start of a fault, and time for which it is watched [s]."""
-STROKE = 0.6
-"""Time between reversals of the motor in drives at one speed [s]."""
-SHARPNESS = 8.0
-"""Steepness of the reversals, which take about 0.05 s [-]."""
+EARLIEST, LATEST, AFTER = 5.5, 7.0, 1.5  # Earliest and latest start of a fault, and time for which it is watched [s]
+STROKE = 0.6  # Time between reversals of the motor in drives at one speed [s]
+SHARPNESS = 8.0  # Steepness of the reversals, which take about 0.05 s [-]
 STEPS = (0.819173, 0.671044, 0.549700)
 """Increments of an additive recurrence that fills three ranges evenly: powers of 1/1.220744, root of x^4 = x + 1."""
 
@@ -88,29 +85,19 @@ class AlarmWatch:
 
 
 class Found(NamedTuple):
-    """Outcome of one fault in one trial.
+    """Outcome of one fault in one trial."""
 
-    Args:
-        delay: detection delay from when the fault reaches five degrees to the first alarm [ms]; infinite if undetected
-        turning: the same, counting only the time in which the motor turned fast enough for a valid angle [ms]
-        first: test that alarmed first
-    """
-
+    # detection delay from when the fault reaches five degrees to the first alarm [ms]; infinite if undetected
     delay: float
-    turning: float
-    first: str
+    turning: float  # the same, counting only the time in which the motor turned fast enough for a valid angle [ms]
+    first: str  # test that alarmed first
 
 
 class Trial(NamedTuple):
-    """A drive for the injection of faults.
+    """A drive for the injection of faults."""
 
-    Args:
-        seed: seed of course and noise
-        speed: speed of its strokes [rad/s]; 0 for a course of many speeds
-    """
-
-    seed: int
-    speed: float = 0.0
+    seed: int  # seed of course and noise
+    speed: float = 0.0  # speed of its strokes [rad/s]; 0 for a course of many speeds
 
 
 @dataclass(frozen=True)

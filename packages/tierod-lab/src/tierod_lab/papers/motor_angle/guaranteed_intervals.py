@@ -16,19 +16,12 @@ Array = np.ndarray
 
 
 class Bounded(NamedTuple):
-    """Equations y = regressors p + error with bounded errors.
+    """Equations y = regressors p + error with bounded errors."""
 
-    Args:
-        regressors: (rows, parameters)
-        values: y, (rows,)
-        bound: largest error independent of the parameters, (rows,)
-        slope: largest error per parameter, (rows, parameters): the bound of the error of each regressor
-    """
-
-    regressors: Array
-    values: Array
-    bound: Array
-    slope: Array
+    regressors: Array  # (rows, parameters)
+    values: Array  # y, (rows,)
+    bound: Array  # largest error independent of the parameters, (rows,)
+    slope: Array  # largest error per parameter, (rows, parameters): the bound of the error of each regressor
 
 
 class Box(NamedTuple):
@@ -93,30 +86,21 @@ def feasible_box(rows: Bounded) -> Box:
     return Box(np.array(ends[::2]), np.array(ends[1::2]))
 
 
-NAMES = ("motor_resistance", "motor_inductance", "motor_flux")
-"""Names of the parameters, in the order of the box."""
+NAMES = ("motor_resistance", "motor_inductance", "motor_flux")  # Names of the parameters, in the order of the box
 
-LENGTHS = (4, 16, 64)
-"""Lengths of the windows over which the voltage is integrated [samples]."""
+LENGTHS = (4, 16, 64)  # Lengths of the windows over which the voltage is integrated [samples]
 
-MOST_ROWS = 20000
-"""Largest number of windows that are used; without the others the set is larger, but still guaranteed."""
+MOST_ROWS = 20000  # Largest number of windows that are used; without the others the set is larger, but still guaranteed
 
 
 @dataclass(frozen=True)
 class MotorErrorBounds:
-    """Largest errors of the measurements of a motor, with offsets and quantisation.
+    """Largest errors of the measurements of a motor, with offsets and quantisation."""
 
-    Args:
-        current: of a current in the stator's axes
-        voltage: of the mean voltage of a step
-        angle: of the shaft
-        curvature: largest second derivative of a current, which is interpolated linearly between samples
-    """
-
-    current: Annotated[float, "A", POSITIVE]
-    voltage: Annotated[float, "V", POSITIVE]
-    angle: Annotated[float, "rad", NOT_NEGATIVE]
+    current: Annotated[float, "A", POSITIVE]  # of a current in the stator's axes
+    voltage: Annotated[float, "V", POSITIVE]  # of the mean voltage of a step
+    angle: Annotated[float, "rad", NOT_NEGATIVE]  # of the shaft
+    # largest second derivative of a current, which is interpolated linearly between samples
     curvature: Annotated[float, "A/s**2", NOT_NEGATIVE]
 
     def __post_init__(self) -> None:
@@ -132,9 +116,7 @@ def guaranteed_motor(
     """Intervals that certainly contain resistance, inductance and flux, if all errors are within their bounds.
 
     Args:
-        recordings: of one motor at one temperature
         pole_pairs: electrical turns per turn of the shaft
-        errors: bounds of the measurement errors
         lengths: of the windows [samples]
 
     Validity: no saliency, no saturation, constant resistance and flux; the bound of the voltage has to cover errors of

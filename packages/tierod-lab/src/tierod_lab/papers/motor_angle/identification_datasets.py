@@ -28,8 +28,7 @@ from tierod_lab.studies.metrics import Row
 
 CURVATURE = 2e7
 """Assumed bound of the second derivative of a current [A/s**2]: a rate of 60 A/ms that decays within 3 ms."""
-_WIDE = math.sqrt(3.0)
-"""Half width of a uniform distribution over its standard deviation."""
+_WIDE = math.sqrt(3.0)  # Half width of a uniform distribution over its standard deviation
 
 
 def identified(task: tuple[int, float]) -> list[Row]:
@@ -97,8 +96,7 @@ One pole pair makes all angles electrical ones. Inertia and damping are placehol
 """
 _FINE = 2e-4
 """Sampling interval of the interpolated recording for the observers [s]; its own is too long for their integration."""
-_STANDS = 0.05
-"""Speed scale of the smoothed sign in the dry friction [1/s]."""
+_STANDS = 0.05  # Speed scale of the smoothed sign in the dry friction [1/s]
 _CURRENTS = ("motor_current_alpha", "motor_current_beta")
 _VOLTAGES = ("motor_voltage_alpha", "motor_voltage_beta")
 

@@ -42,8 +42,7 @@ from tierod_lab.papers.motor_angle.salient_bench import (
 from tierod_lab.papers.motor_angle.sensor_faults import FAULTS, offset
 from tierod_lab.studies.metrics import Row
 
-LONG = 60.0
-"""Duration of a fault-free drive [s]."""
+LONG = 60.0  # Duration of a fault-free drive [s]
 MOTORS = 3
 """Motors, each with its own noise, that share one simulated drive, since the bench takes as long as the monitor."""
 
@@ -157,8 +156,7 @@ def salient_fault_free(seed: int) -> list[Row]:
     return [_watched(outputs["known"], outputs["alarmed"])]
 
 
-COURSES = {"slalom": 24.0, "parking": 36.0}
-"""Duration of a drive by course [s]."""
+COURSES = {"slalom": 24.0, "parking": 36.0}  # Duration of a drive by course [s]
 ANGLES = {
     "motor": ("motor_angle_mechanical", 22.5),
     "wheel, in the loop": ("steering_wheel_angle", 1.0),

@@ -52,16 +52,12 @@ PAPER: dict[str, Callable[..., Block]] = {
     "reduced Luenberger": reduced_luenberger,
     "Kalman filter": extended_kalman,
 }
-CAR = "active-front-steering"
-"""Name of the car, and of its vehicle file."""
+CAR = "active-front-steering"  # Name of the car, and of its vehicle file
 FAST, HELD = (18.0, 20.5), (22.2, 27.8)
 """Intervals of the parking manoeuvre: steering from lock to lock, and holding near a lock [s]."""
-LEVELS = (-0.6, -0.4, -0.2, 0.0, 0.2, 0.4, 0.6)
-"""Levels of the load, besides the dry friction [N*m]."""
-LEVEL_STEPS = 500
-"""Steps of the bench at every level, of which the second half is in steady state."""
-WARMER = 1.2
-"""True resistance over the assumed one: a winding that is some 50 K warmer."""
+LEVELS = (-0.6, -0.4, -0.2, 0.0, 0.2, 0.4, 0.6)  # Levels of the load, besides the dry friction [N*m]
+LEVEL_STEPS = 500  # Steps of the bench at every level, of which the second half is in steady state
+WARMER = 1.2  # True resistance over the assumed one: a winding that is some 50 K warmer
 
 
 def methods(vehicle: str = "motor-bench") -> dict[str, Block]:
@@ -219,17 +215,11 @@ def operations(task: None) -> list[Row]:
 
 
 class CarDrive(NamedTuple):
-    """A drive of the car, with the truth every ten milliseconds.
+    """A drive of the car, with the truth every ten milliseconds."""
 
-    Args:
-        samples: signals of `MotorAngleObserver.Sample` at `RATE`, (n, 5)
-        places: indices of the samples with a true value, (m,)
-        angle: true angle of the motor shaft [rad], (m,)
-    """
-
-    samples: np.ndarray
-    places: np.ndarray
-    angle: np.ndarray
+    samples: np.ndarray  # signals of `MotorAngleObserver.Sample` at `RATE`, (n, 5)
+    places: np.ndarray  # indices of the samples with a true value, (m,)
+    angle: np.ndarray  # true angle of the motor shaft [rad], (m,)
 
     @property
     def time(self) -> np.ndarray:

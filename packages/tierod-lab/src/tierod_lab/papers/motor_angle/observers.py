@@ -27,8 +27,7 @@ from tierod.physics.pm_motor import back_emf_constant, stator_flux_rate
 from tierod_lab.methods.pole_placement import place
 from tierod_lab.papers.motor_angle.dq_motor import DqMotor, DqMotorParameters, LoadedDqMotor, q_axis_motor, with_load
 
-INPUTS = ("voltage_q", "current_q")
-"""Inputs of a continuous observer."""
+INPUTS = ("voltage_q", "current_q")  # Inputs of a continuous observer
 
 
 def full_observer(motor: LinearSystem, poles: Sequence[complex]) -> LinearSystem:
@@ -76,7 +75,6 @@ def printed_reduced_observer(p: MotorParameters, motor: LinearSystem, pole: floa
     """Eq (32) exactly as printed, with the gain of the correct observer: unstable for every motor.
 
     Args:
-        p: parameters of the motor
         motor: result of `q_axis_motor` without load
         pole: pole of the correct observer [1/s]
 
@@ -98,7 +96,6 @@ def speed_per_load(observer: LinearSystem, motor: LinearSystem, p: MotorParamete
     Args:
         observer: result of `full_observer` or `reduced_observer`, for any motor
         motor: the true motor, from `q_axis_motor`
-        p: parameters of the true motor
 
     Source: final value of (24); without load -1/(b + c_M (K_t - J k_2)/(R + L k_1)) for the full observer and 1/(J p)
     for the reduced one.
@@ -122,15 +119,11 @@ class LinearSpeed:
     """A linear observer with exact sampling, so that its steady-state errors are those of the continuous observer.
 
     The voltage is the mean over the sample, the current the mean of the values at its ends.
-
-    Args:
-        model, parameters: model and matrices of the sampled observer
-        extras: names of its estimates besides the speed
     """
 
-    model: Model
+    model: Model  # model, parameters: model and matrices of the sampled observer
     parameters: Matrices
-    extras: tuple[str, ...]
+    extras: tuple[str, ...]  # names of its estimates besides the speed
 
     @classmethod
     def of(cls, observer: LinearSystem, sample_time: float) -> LinearSpeed:
@@ -193,13 +186,9 @@ class PrintedJacobianFilter(KalmanFilter):
 
 @dataclass(frozen=True)
 class KalmanSpeed:
-    """Speed by an extended Kalman filter with three states, or four with the load.
+    """Speed by an extended Kalman filter with three states, or four with the load."""
 
-    Args:
-        filter: result of `speed_filter`
-    """
-
-    filter: KalmanFilter
+    filter: KalmanFilter  # result of `speed_filter`
 
     @property
     def extras(self) -> tuple[str, ...]:
@@ -226,11 +215,9 @@ def speed_filter(
     """Extended Kalman filter of currents and speed, and of the load on request.
 
     Args:
-        p: parameters of the motor
         sample_time: sampling interval [s], at most a fifth of the electrical time constant, since (34) is discretised
             by Euler's method
         tuning: noise levels; those of voltage, current, speed and load are used
-        load: whether the load is a state
         reading: Jacobian (40), "corrected" or "printed"
 
     Raises:
@@ -264,8 +251,7 @@ def speed_filter(
 
 Sample = MotorAngleObserver.Sample
 
-AXES = ("own", "measured")
-"""Angle of Park's transform: the observer's own, or that of the sensor, as printed."""
+AXES = ("own", "measured")  # Angle of Park's transform: the observer's own, or that of the sensor, as printed
 
 UNITS = {
     "motor_angle": "rad",
@@ -277,8 +263,7 @@ UNITS = {
 }
 """Units of the outputs."""
 
-WIDEST = 0.3
-"""Largest electrical angle per sample by which a vector is rotated while samples are missing [rad]."""
+WIDEST = 0.3  # Largest electrical angle per sample by which a vector is rotated while samples are missing [rad]
 
 
 @lru_cache(maxsize=32)
@@ -310,10 +295,8 @@ def flux_rate(sample: MotorAngleObserver.Sample, before: StatorVector, p: Sample
 
 FULL_POLES = (-600.0, -700.0)
 """Poles of the error of current and speed [1/s]: faster than the current's own 500 1/s, below a tenth of 10 kHz."""
-REDUCED_POLES = (-300.0,)
-"""Pole of the error of the speed [1/s]: slower, since the current passes through unfiltered."""
-LOAD_POLE = -300.0
-"""Pole of the error of the load [1/s], which may reverse within some 10 ms."""
+REDUCED_POLES = (-300.0,)  # Pole of the error of the speed [1/s]: slower, since the current passes through unfiltered
+LOAD_POLE = -300.0  # Pole of the error of the load [1/s], which may reverse within some 10 ms
 
 
 class RotorFrameState(NamedTuple):
@@ -334,7 +317,6 @@ class RotorFrameObserver:
     Args:
         inner: observer of the speed in the rotor frame
         pole_pairs: electrical turns per mechanical turn
-        sample_time: sampling interval
         axes: angle of Park's transform: "own", the estimated one; or "measured", that of the sensor as printed, so that
             a fault of the sensor enters the voltages and currents that should reveal it
 

@@ -39,12 +39,10 @@ from tierod_lab.papers.motor_angle.bench import (
 from tierod_lab.papers.motor_angle.fault_trials import AlarmWatch, bench_monitor
 from tierod_lab.studies.metrics import Row
 
-WARMER = 1.2
-"""True resistance over the assumed one: a winding that is some 50 K warmer."""
+WARMER = 1.2  # True resistance over the assumed one: a winding that is some 50 K warmer
 RAMP, COLD, HOT, ZERO = 60.0, -40.0, 120.0, 273.15
 """Duration of a temperature ramp [s], its ends [degree Celsius], and the zero of that scale [K]."""
-CAPACITY = 1.95
-"""Heat capacity of a winding whose resistance rises by about 40 % in 20 s of the bench's work [J/K]."""
+CAPACITY = 1.95  # Heat capacity of a winding whose resistance rises by about 40 % in 20 s of the bench's work [J/K]
 
 
 class Case(NamedTuple):

@@ -22,24 +22,17 @@ FAST, FAST_LOAD, LOW_SUPPLY = 165.0, 0.8, 11.0
 
 At that speed the magnets alone induce more than the voltage that the inverter makes of the supply.
 """
-BETWEEN = 0.5
-"""Mean time between two steps of the load [s]."""
-WEAKENING = 0.9
-"""Share of the largest voltage above which the drive weakens the flux."""
+BETWEEN = 0.5  # Mean time between two steps of the load [s]
+WEAKENING = 0.9  # Share of the largest voltage above which the drive weakens the flux
 
 
 @dataclass(frozen=True)
 class Assumed:
-    """Parameters of a motor in the vehicle file over the true ones.
+    """Parameters of a motor in the vehicle file over the true ones."""
 
-    Args:
-        direct, quadrature: inductances of the d and q axes
-        resistance, flux: resistance of the winding, flux linkage of the magnets
-    """
-
-    direct: float = 1.0
+    direct: float = 1.0  # direct, quadrature: inductances of the d and q axes
     quadrature: float = 1.0
-    resistance: float = 1.0
+    resistance: float = 1.0  # resistance, flux: resistance of the winding, flux linkage of the magnets
     flux: float = 1.0
 
 
@@ -51,9 +44,6 @@ def salient_bench(ratio: float) -> MotorBench:
 
     The ratio comes mostly from a smaller d-axis inductance, since a larger q-axis inductance would leave too little
     voltage to brake a load that drives the motor. The bench has no spring; its only load is the stepping one.
-
-    Args:
-        ratio: q-axis over d-axis inductance
     """
     plant = bench(stiffness=0.0)
     machine, control = plant.motor.machine, plant.motor.control
@@ -64,12 +54,7 @@ def salient_bench(ratio: float) -> MotorBench:
 
 @lru_cache(maxsize=64)
 def salient_monitor(ratio: float, assumed: Assumed = RIGHT) -> MotorAngleMonitor:
-    """The monitor of the motor of `salient_bench`.
-
-    Args:
-        ratio: true ratio of the inductances
-        assumed: errors of the vehicle file
-    """
+    """The monitor of the motor of `salient_bench`."""
     monitor = bench_monitor()
     parameters = assumed_parameters(monitor.observer.parameters, ratio, assumed)
     return replace(monitor, observer=replace(monitor.observer, parameters=parameters))
@@ -91,7 +76,6 @@ def stepping_load(seconds: float, seed: int, largest: float = LOAD) -> np.ndarra
 
     Args:
         seconds: duration [s]
-        seed: seed of times and sizes
         largest: largest step; the load lies within half of it of zero [N*m]
     """
     random = np.random.default_rng([seed, 3])
@@ -116,8 +100,6 @@ def salient_drive(
     """Simulate and record a drive of `salient_bench` under a stepping load.
 
     Args:
-        ratio: ratio of the inductances
-        seed: seed of course, load and noise
         seconds: duration [s]
         fault: fault of the drive; None for a fault-free one
         start: start of the fault [s]
@@ -144,14 +126,7 @@ def fast_drive(ratio: float, seed: int, seconds: float) -> BenchDrive:
 
 
 def found_on_salient(ratio: float, seed: int, fault: Fault, assumed: Assumed = RIGHT) -> Found | None:
-    """Outcome of a fault that begins at a random time with a valid angle; None without such a time.
-
-    Args:
-        ratio: ratio of the inductances
-        seed: seed of course, load, noise and start
-        fault: the fault
-        assumed: errors of the vehicle file
-    """
+    """Outcome of a fault that begins at a random time with a valid angle; None without such a time."""
     monitor, seconds = salient_monitor(ratio, assumed), 9.0
     known = scan(monitor, salient_drive(ratio, seed, 7.0).samples)["compared.known"] > 0.5
     # Faults begin after 5.5 s, as in `fault_trials`: in the first five seconds nothing is compared with the observer.

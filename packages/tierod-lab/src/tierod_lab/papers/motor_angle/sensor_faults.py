@@ -9,34 +9,25 @@ from dataclasses import dataclass
 import numpy as np
 
 POLE_PAIRS = 4.0
-DEGREE = math.radians(1.0) / POLE_PAIRS
-"""One degree of the electrical angle, as angle of the shaft [rad]."""
+DEGREE = math.radians(1.0) / POLE_PAIRS  # One degree of the electrical angle, as angle of the shaft [rad]
 FIVE_DEGREES = 5.0 * DEGREE
 """Five degrees electrical, the smallest offset that deserves an alarm, as angle of the shaft [rad]."""
 
 
 @dataclass(frozen=True)
 class Fault:
-    """Effect of a fault on a signal, over the time since its start.
+    """Effect of a fault on a signal, over the time since its start."""
 
-    Args:
-        name: name in words
-        gain, offset: gain and offset of the signal, as functions of the time [s]
-        from_here: whether the gain acts about the angle at the start of the fault, so that the signal does not jump
-        held: whether the signal is stuck
-        quantum: resolution of the recorded signal; the control still reads the fine one [rad]
-        signal: name of the faulty signal
-        size: time until the fault is as large as an offset of five degrees electrical [s]
-    """
-
-    name: str
+    name: str  # name in words
+    # gain, offset: gain and offset of the signal, as functions of the time [s]
     gain: Callable[[np.ndarray], np.ndarray] = np.ones_like
     offset: Callable[[np.ndarray], np.ndarray] = np.zeros_like
+    # whether the gain acts about the angle at the start of the fault, so that the signal does not jump
     from_here: bool = False
-    held: bool = False
-    quantum: float = 0.0
-    signal: str = "motor_angle_mechanical"
-    size: float = 0.0
+    held: bool = False  # whether the signal is stuck
+    quantum: float = 0.0  # resolution of the recorded signal; the control still reads the fine one [rad]
+    signal: str = "motor_angle_mechanical"  # name of the faulty signal
+    size: float = 0.0  # time until the fault is as large as an offset of five degrees electrical [s]
 
 
 def offset(degrees: float) -> Fault:

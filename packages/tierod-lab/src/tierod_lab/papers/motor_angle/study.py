@@ -22,10 +22,8 @@ from tierod_lab.studies.effort import Effort, Progress
 from tierod_lab.studies.engine import Dataset
 from tierod_lab.studies.metrics import Frame
 
-RATIOS = (1.0, 1.1, 1.5, 2.0, 3.0)
-"""Saliency ratios: q-axis over d-axis inductance."""
-SPEEDS = (15.0, 30.0, 60.0, 100.0)
-"""Speeds of the strokes [rad/s]; below 10 rad/s nothing is compared."""
+RATIOS = (1.0, 1.1, 1.5, 2.0, 3.0)  # Saliency ratios: q-axis over d-axis inductance
+SPEEDS = (15.0, 30.0, 60.0, 100.0)  # Speeds of the strokes [rad/s]; below 10 rad/s nothing is compared
 
 
 def seeds(part: str, quick: int, usual: int, effort: Effort, thorough: int = 0) -> range:

@@ -14,16 +14,13 @@ from tierod.vehicles.classes import Known
 from tierod.vehicles.draft import begun
 from tierod.vehicles.vehicle import Parameter, Vehicle
 
-SOURCE = "brochure"
-"""Source of the brochure values in a vehicle file."""
+SOURCE = "brochure"  # Source of the brochure values in a vehicle file
 
 
 def brochure_car(name: str, kind: str, mass: float, wheelbase: float, torques_known: bool = True) -> Vehicle:
     """Vehicle as `tierod new NAME.toml --class KIND mass=... wheelbase=...` writes it.
 
     Args:
-        name: name of the car
-        kind: class of the car
         mass: mass [kg]
         wheelbase: wheelbase [m]
         torques_known: whether its torques are in N*m; otherwise they are counts, and parameters of torque are left out
@@ -47,12 +44,7 @@ def brochure_car(name: str, kind: str, mass: float, wheelbase: float, torques_kn
 
 
 def identified(car: Vehicle, found: VehicleIdentification | MotorIdentification) -> Vehicle:
-    """Vehicle as `tierod identify` updates it; unchanged where the identification reports a doubt.
-
-    Args:
-        car: the vehicle before
-        found: result of the identification
-    """
+    """Vehicle as `tierod identify` updates it; unchanged where the identification reports a doubt."""
     if found.doubt:
         return car
     learnt = {
@@ -66,7 +58,6 @@ def with_values(car: Vehicle, values: Mapping[str, float]) -> Vehicle:
     """The vehicle with some parameters replaced by exact values, of standard deviation 0.
 
     Args:
-        car: vehicle whose other parameters stay
         values: exact values by name of the parameter, in SI units
     """
     exact = {

@@ -19,23 +19,16 @@ from tierod_lab.ground.steering.rack_eps import RackEps
 from tierod_lab.papers.own_car.brochure import brochure_car, with_values
 from tierod_lab.papers.own_car.shapes import quadricycle, van
 
-BROCHURE_MASS = 0.05
-"""Relative standard deviation of the mass in a brochure about the mass as driven."""
+BROCHURE_MASS = 0.05  # Relative standard deviation of the mass in a brochure about the mass as driven
 
 
 @dataclass(frozen=True)
 class Base:
-    """A virtual car around which cars are drawn.
+    """A virtual car around which cars are drawn."""
 
-    Args:
-        kind: name of its class
-        block: function that builds the car
-        roads: kinds of road that it drives on
-    """
-
-    kind: str
-    block: Callable[[], Any]
-    roads: tuple[AnyRoad, ...] = (City(), Country(), Motorway())
+    kind: str  # name of its class
+    block: Callable[[], Any]  # function that builds the car
+    roads: tuple[AnyRoad, ...] = (City(), Country(), Motorway())  # kinds of road that it drives on
 
 
 def _shipped(name: str) -> Any:
@@ -81,30 +74,20 @@ FURTHER: Mapping[float, tuple[tuple[str, ...], ...]] = {
 The assist scales with its torsion bar and gear, since it is designed for them.
 """
 
-LEAST_UNDERSTEER = 1e-3
-"""Least understeer gradient of a drawn car [rad*s**2/m], half a degree per g."""
+LEAST_UNDERSTEER = 1e-3  # Least understeer gradient of a drawn car [rad*s**2/m], half a degree per g
 
-SENSOR_FORWARD = 0.25
-"""Standard deviation of the longitudinal position of the inertial unit [m]."""
+SENSOR_FORWARD = 0.25  # Standard deviation of the longitudinal position of the inertial unit [m]
 
 
 @dataclass(frozen=True)
 class UnknownCar:
-    """A virtual car and the vehicle files for it.
+    """A virtual car and the vehicle files for it."""
 
-    Args:
-        name: number and class
-        block: the simulated car
-        brochure: vehicle file from the brochure
-        true: the same with the true values of all parameters that the plant has, at standard deviation 0
-        roads: kinds of road that it drives on
-    """
-
-    name: str
-    block: Any
-    brochure: Vehicle
-    true: Vehicle
-    roads: tuple[AnyRoad, ...]
+    name: str  # number and class
+    block: Any  # the simulated car
+    brochure: Vehicle  # vehicle file from the brochure
+    true: Vehicle  # the same with the true values of all parameters that the plant has, at standard deviation 0
+    roads: tuple[AnyRoad, ...]  # kinds of road that it drives on
 
     def friction_over_level(self, load: float) -> float:
         """Ratio of the gear friction at a load to that at the reference load.
@@ -121,7 +104,6 @@ def drawn(number: int, seed: int, spread: Spread | None = None) -> UnknownCar:
 
     Args:
         number: number of the car, from 0
-        seed: seed of all random numbers
         spread: spread within a class; the default `Spread` where None
     """
     base, share = BASES[number % len(BASES)], spread or Spread()

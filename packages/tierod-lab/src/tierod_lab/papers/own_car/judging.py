@@ -43,78 +43,50 @@ ON_BUS = (
 )
 """Signals on the bus of a production car."""
 
-BROCHURE, IDENTIFIED, TRUE = "brochure", "identified", "true"
-"""Names of the three vehicle files."""
+BROCHURE, IDENTIFIED, TRUE = "brochure", "identified", "true"  # Names of the three vehicle files
 STATED_FOR = "reference_load_Nm"
 """Evidence of the friction monitor that holds the load to which its estimate refers [N*m]."""
-SETTLED = 60.0
-"""Warm-up at the start of a drive, in which the estimate is not compared [s]."""
-APART = 0.2
-"""Interval between compared samples [s]."""
-FALSE = (Status.FAULT, Status.RISING)
-"""Verdicts that count as false on a fault-free drive."""
+SETTLED = 60.0  # Warm-up at the start of a drive, in which the estimate is not compared [s]
+APART = 0.2  # Interval between compared samples [s]
+FALSE = (Status.FAULT, Status.RISING)  # Verdicts that count as false on a fault-free drive
 
 
 @dataclass(frozen=True)
 class Case:
-    """A car to be judged, and the length of its drives.
+    """A car to be judged, and the length of its drives."""
 
-    Args:
-        number: number of the car
-        seed: seed of all random numbers
-        learning: duration of the drive that identifies the car [min]; 0 omits the identification
-        minutes: duration of each judged drive [min]
-        drives: number of judged drives
-        measured: whether the processor time of the spread is measured on the first one
-    """
-
-    number: int
-    seed: int
-    learning: float
-    minutes: float
-    drives: int
-    measured: bool = False
+    number: int  # number of the car
+    seed: int  # seed of all random numbers
+    learning: float  # duration of the drive that identifies the car [min]; 0 omits the identification
+    minutes: float  # duration of each judged drive [min]
+    drives: int  # number of judged drives
+    measured: bool = False  # whether the processor time of the spread is measured on the first one
 
 
 class Judged(NamedTuple):
-    """Result of one monitor on one drive with one vehicle file.
+    """Result of one monitor on one drive with one vehicle file."""
 
-    Args:
-        car, monitor, file: names of car, monitor and vehicle file
-        status: status of the finding
-        headline: headline of the finding
-        samples, held: number of samples compared with the truth, and of those with the truth in the 95 % band
-        squares: sum of squared errors, in SI units
-        cost: processor time with the spread over that without; NaN where not measured
-    """
-
-    car: str
+    car: str  # car, monitor, file: names of car, monitor and vehicle file
     monitor: str
     file: str
-    status: Status
-    headline: str
+    status: Status  # status of the finding
+    headline: str  # headline of the finding
+    # samples, held: number of samples compared with the truth, and of those with the truth in the 95 % band
     samples: int
     held: int
-    squares: float
-    cost: float
+    squares: float  # sum of squared errors, in SI units
+    cost: float  # processor time with the spread over that without; NaN where not measured
 
 
 class Studied(NamedTuple):
-    """All results of one car.
+    """All results of one car."""
 
-    Args:
-        judged: every monitor on every drive with every file
-        learnt: names of the identified parameters; empty where the identification reports a doubt
-        within: whether the 95 % interval of an identified parameter holds the true value, where there is one
-        doubt: reason why nothing was identified; empty otherwise
-        seconds: duration of the identification [s]
-    """
-
-    judged: tuple[Judged, ...]
-    learnt: tuple[str, ...]
+    judged: tuple[Judged, ...]  # every monitor on every drive with every file
+    learnt: tuple[str, ...]  # names of the identified parameters; empty where the identification reports a doubt
+    # whether the 95 % interval of an identified parameter holds the true value, where there is one
     within: tuple[bool, ...]
-    doubt: str
-    seconds: float
+    doubt: str  # reason why nothing was identified; empty otherwise
+    seconds: float  # duration of the identification [s]
 
 
 def studied(case: Case) -> Studied:
@@ -157,9 +129,7 @@ def driven(car: UnknownCar, minutes: float, seed: int) -> Recording:
     """Simulate a fault-free drive through town, country and, where the car can, motorway.
 
     Args:
-        car: the car
         minutes: duration [min]
-        seed: seed of route and sensor noise
     """
     course = NaturalDrive(name="own car", seed=seed, conditions=(Restlessness(),), roads=car.roads, time=60.0 * minutes)
     return run(car.block, course, seed=seed).recording
@@ -176,11 +146,8 @@ def verdicts(
     """Judge a drive with every monitor that can run.
 
     Args:
-        car: the car that drove
-        file: name of the vehicle file
         vehicle: its content, with which the drive is judged
         bare: the drive without true values
-        whole: the same with the true values
         measured: whether the processor time of the spread is measured
     """
     for monitor, truth in TRUTHS.items():
@@ -211,8 +178,6 @@ def over(monitor: str, vehicle: Vehicle, recording: Recording, uncertain: bool) 
     """Run a monitor over a recording and keep its traces.
 
     Args:
-        monitor: name of the monitor
-        vehicle: vehicle of the recording
         recording: the drive without true values
         uncertain: whether the spread of the parameters is propagated
 

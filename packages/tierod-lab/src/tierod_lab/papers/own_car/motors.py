@@ -27,14 +27,10 @@ from tierod_lab.papers.own_car.virtual import claims, false_and_cost, pooled, ta
 from tierod_lab.studies.effort import Effort
 
 MONITOR = "motor-angle"
-MOTORS, QUICK_MOTORS = 20, 4
-"""Number of motors in full and in the quick study."""
-LEARNING, SECONDS = 10.0, 20.0
-"""Duration of the drive that identifies a motor, and of the judged drive [s]."""
-SETTLED = 1.0
-"""Warm-up at the start of a drive, in which the estimate is not compared [s]."""
-APART = 100
-"""Samples from one compared sample to the next: 10 ms."""
+MOTORS, QUICK_MOTORS = 20, 4  # Number of motors in full and in the quick study
+LEARNING, SECONDS = 10.0, 20.0  # Duration of the drive that identifies a motor, and of the judged drive [s]
+SETTLED = 1.0  # Warm-up at the start of a drive, in which the estimate is not compared [s]
+APART = 100  # Samples from one compared sample to the next: 10 ms
 RESIDUAL = "angle_residual_electrical"
 ANGLE = "estimated_motor_angle"
 """Traces of the monitor: electrical residual of the sensor, and estimated angle of the shaft [rad]."""
@@ -50,27 +46,16 @@ TEXT = (
 
 
 class UnknownMotor(NamedTuple):
-    """A motor and the vehicle files for it.
+    """A motor and the vehicle files for it."""
 
-    Args:
-        name: name in tables
-        truth: the simulated motor on its bench
-        brochure: vehicle file from the data sheet
-        true: the same with the true parameters
-    """
-
-    name: str
-    truth: Drawn
-    brochure: Vehicle
-    true: Vehicle
+    name: str  # name in tables
+    truth: Drawn  # the simulated motor on its bench
+    brochure: Vehicle  # vehicle file from the data sheet
+    true: Vehicle  # the same with the true parameters
 
 
 def spread(name: str) -> float:
-    """Relative standard deviation of a value in a data sheet.
-
-    Args:
-        name: name of the parameter
-    """
+    """Relative standard deviation of a value in a data sheet."""
     rule = rules().get(name)
     if rule is None:
         return UNKNOWN
@@ -82,7 +67,6 @@ def drawn(number: int, seed: int) -> UnknownMotor:
 
     Args:
         number: number of the motor, from 0
-        seed: seed of all random numbers
     """
     chance = np.random.default_rng([seed, number, 17])
     usual = bench().motor.machine
@@ -111,11 +95,7 @@ def _data_sheet(car: Vehicle) -> Vehicle:
 
 
 def identified(motor: UnknownMotor) -> Vehicle:
-    """Vehicle after `tierod identify motor` on one drive; unchanged where the identification reports a doubt.
-
-    Args:
-        motor: the motor
-    """
+    """Vehicle after `tierod identify motor` on one drive; unchanged where the identification reports a doubt."""
     seen = motor.truth.driven(motor.truth.seed, LEARNING)
     found = identify_motor(motor.brochure.parameters_for(MotorParameters), {"learning": recording(seen)})
     return brochure.identified(motor.brochure, found)
@@ -137,10 +117,7 @@ def judged(name: str, file: str, vehicle: Vehicle, seen: ObserverDrive) -> Judge
     """Judge a fault-free drive by the monitor of the motor angle.
 
     Args:
-        name: name of the motor
-        file: name of the vehicle file
         vehicle: its content, with which the drive is judged
-        seen: the drive
     """
     found = over(MONITOR, vehicle, recording(seen), uncertain=True)
     finding, traces = found.diagnosis.findings[0], found.traces

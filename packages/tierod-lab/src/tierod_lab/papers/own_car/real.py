@@ -26,30 +26,20 @@ from tierod_lab.papers.sideslip.real_datasets import RACE
 
 GOAL = "goal of tierod"
 
-REFERENCE = "sideslip_angle"
-"""Channel of the measured sideslip angle, which scores an estimate and never feeds it."""
-CLASSES = ("small", "midsize", "large", "suv", "van", "race-car")
-"""Classes whose typical values judge every car."""
+REFERENCE = "sideslip_angle"  # Channel of the measured sideslip angle, which scores an estimate and never feeds it
+CLASSES = ("small", "midsize", "large", "suv", "van", "race-car")  # Classes whose typical values judge every car
 
 
 @dataclass(frozen=True)
 class Known:
-    """Brochure data of a real car.
+    """Brochure data of a real car."""
 
-    Args:
-        vehicle: name of its shipped vehicle file; it gives the channel map and judges the other cars
-        kind: class of the car
-        mass: mass [kg]
-        wheelbase: wheelbase [m]
-        torques_known: whether its torques are in N*m
-        reference: position of its sideslip sensor ahead of the rear axle [m]; None: the centre of gravity
-    """
-
-    vehicle: str
-    kind: str
-    mass: float
-    wheelbase: float
-    torques_known: bool = True
+    vehicle: str  # name of its shipped vehicle file; it gives the channel map and judges the other cars
+    kind: str  # class of the car
+    mass: float  # mass [kg]
+    wheelbase: float  # wheelbase [m]
+    torques_known: bool = True  # whether its torques are in N*m
+    # position of its sideslip sensor ahead of the rear axle [m]; None: the centre of gravity
     reference: float | None = None
 
 
@@ -92,7 +82,6 @@ def verdicts(known: Known, recording: Recording) -> Iterator[Seen]:
     """Judge a recording by every monitor that can run, with every file.
 
     Args:
-        known: the car
         recording: the recording; a sideslip reference in it is not used
     """
     bare = without_reference(recording)
@@ -175,8 +164,6 @@ def beside_reference(recording: Recording, vehicle: Vehicle, place: float | None
     """Share of the reference in the 95 % band of the sideslip, and root mean square error [rad].
 
     Args:
-        recording: the recording with the reference
-        vehicle: vehicle with which it is judged
         place: position of the sideslip sensor ahead of the rear axle [m], to which the estimate is transformed; None:
             the centre of gravity
     """

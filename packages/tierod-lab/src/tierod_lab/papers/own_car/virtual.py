@@ -33,8 +33,7 @@ from tierod_lab.studies.effort import Effort, Progress
 GOAL = "goal of tierod"
 CARS, QUICK_CARS, THOROUGH_CARS = 7, 3, 20
 """Number of cars: one of every base car; the thorough study has nearly three of each, and drives each for two hours."""
-MEASURED = 4
-"""Number of cars on which the processor time of the spread is measured."""
+MEASURED = 4  # Number of cars on which the processor time of the spread is measured
 WIDE, NARROW = between(0.90, 0.98), between(0.92, 0.97)
 """Goals for the coverage of a 95 % band: before and after identification."""
 MOST_WORSE, MOST_COST = 1.3, 4.0
@@ -53,25 +52,15 @@ TEXT = (
 
 
 class Pooled(NamedTuple):
-    """One monitor with one vehicle file, over all cars.
+    """One monitor with one vehicle file, over all cars."""
 
-    Args:
-        samples: number of compared samples
-        coverage: share of the samples with the truth in the 95 % band
-        worst: lowest coverage of a drive
-        error: root mean square error, in SI units
-        false: number of false verdicts
-        drives: number of judged drives
-        unjudged: number of drives without a compared estimate
-    """
-
-    samples: int
-    coverage: float
-    worst: float
-    error: float
-    false: int
-    drives: int
-    unjudged: int
+    samples: int  # number of compared samples
+    coverage: float  # share of the samples with the truth in the 95 % band
+    worst: float  # lowest coverage of a drive
+    error: float  # root mean square error, in SI units
+    false: int  # number of false verdicts
+    drives: int  # number of judged drives
+    unjudged: int  # number of drives without a compared estimate
 
 
 def cases(effort: Effort, seed: int) -> list[Case]:
@@ -95,11 +84,7 @@ def items(effort: Effort, progress: Progress, seed: int | None = None) -> Iterat
 
 
 def shown(found: Sequence[Studied]) -> Iterator[Item]:
-    """Tables and claims of judged cars.
-
-    Args:
-        found: results of every car
-    """
+    """Tables and claims of judged cars."""
     judged = [each for car in found for each in car.judged]
     files = [name for name in (BROCHURE, IDENTIFIED, TRUE) if any(each.file == name for each in judged)]
     of = {(monitor, file): pooled(judged, monitor, file) for monitor in TRUTHS for file in files}
@@ -119,7 +104,6 @@ def pooled(judged: Sequence[Judged], monitor: str, file: str) -> Pooled:
 
     Args:
         judged: every monitor on every drive with every file
-        monitor, file: names of monitor and vehicle file
     """
     own = [each for each in judged if (each.monitor, each.file) == (monitor, file)]
     seen = [each for each in own if each.samples]
@@ -137,12 +121,7 @@ def pooled(judged: Sequence[Judged], monitor: str, file: str) -> Pooled:
 
 
 def table(title: str, of: dict[tuple[str, str], Pooled]) -> Table:
-    """Table of coverage, error and false verdicts.
-
-    Args:
-        title: title of the table
-        of: pooled results by monitor and vehicle file
-    """
+    """Table of coverage, error and false verdicts."""
     rows = []
     for (monitor, file), each in of.items():
         factor = DEGREES.get(monitor, 1.0)
@@ -206,12 +185,7 @@ def _too(monitor: str, of: Pooled, goal: Goal, true: Pooled | None) -> str:
 
 
 def claims(monitor: str, of: dict[tuple[str, str], Pooled]) -> Iterator[Claim]:
-    """Claims on coverage and error of a monitor's estimate.
-
-    Args:
-        monitor: name of the monitor
-        of: pooled results by monitor and vehicle file
-    """
+    """Claims on coverage and error of a monitor's estimate."""
     brochure, true = of[monitor, BROCHURE], of.get((monitor, TRUE))
     yield Claim(
         f"unknown.{monitor}-band",
@@ -269,9 +243,7 @@ def false_and_cost(monitor: str, judged: Sequence[Judged], of: dict[tuple[str, s
     """Claims on the false verdicts of a monitor, and on the processor time of the spread.
 
     Args:
-        monitor: name of the monitor
         judged: every monitor on every drive with every file
-        of: the same, pooled
     """
     drives = sum(each.drives for (name, _), each in of.items() if name == monitor)
     false = [each for each in judged if each.monitor == monitor and each.status in FALSE]

@@ -30,22 +30,18 @@ class Slips(NamedTuple):
 
 @dataclass(frozen=True)
 class Axles:
-    """Uncertainty of the axles: errors of the slip angles are in proportion to errors of stiffness and trail.
+    """Uncertainty of the axles: errors of the slip angles are in proportion to errors of stiffness and trail."""
 
-    Args:
-        front_distance, rear_distance: distances of the axles from the centre of gravity
-        sample_time: sampling interval
-        front_stiffness_deviation, rear_stiffness_deviation: relative standard deviations of the cornering stiffness
-        trail_deviation: relative standard deviation of mechanical and pneumatic trail together
-        front_relaxation, rear_relaxation: relaxation lengths of the tyres, which the observers of the paper neglect
-    """
-
+    # front_distance, rear_distance: distances of the axles from the centre of gravity
     front_distance: Annotated[float, "m", POSITIVE]
     rear_distance: Annotated[float, "m", POSITIVE]
-    sample_time: Annotated[float, "s", POSITIVE]
+    sample_time: Annotated[float, "s", POSITIVE]  # sampling interval
+    # front_stiffness_deviation, rear_stiffness_deviation: relative standard deviations of the cornering stiffness
     front_stiffness_deviation: Annotated[float, "", NOT_NEGATIVE] = 0.1
     rear_stiffness_deviation: Annotated[float, "", NOT_NEGATIVE] = 0.1
+    # relative standard deviation of mechanical and pneumatic trail together
     trail_deviation: Annotated[float, "", NOT_NEGATIVE] = 0.15
+    # front_relaxation, rear_relaxation: relaxation lengths of the tyres, which the observers of the paper neglect
     front_relaxation: Annotated[float, "m", POSITIVE] = 0.4
     rear_relaxation: Annotated[float, "m", POSITIVE] = 0.4
 
@@ -65,12 +61,10 @@ class Axles:
         """Slip angles after one sample; held where the observer does not run.
 
         Args:
-            before: slip angles of the previous sample
             sideslip_angle: estimated [rad]
             yaw_rate: estimated [rad/s]
             road_wheel_angle: estimated [rad]
             speed: vehicle speed, above zero [m/s]
-            running: whether the observer runs
         """
         across = speed * sideslip_angle
         front = front_slip_speed(across, yaw_rate, speed, road_wheel_angle, self.front_distance) / speed

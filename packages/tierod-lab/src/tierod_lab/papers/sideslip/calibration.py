@@ -22,16 +22,11 @@ from tierod.vehicles import Vehicle
 
 @dataclass(frozen=True)
 class ErrorFigures:
-    """Errors of an estimate against the truth.
+    """Errors of an estimate against the truth."""
 
-    Args:
-        mean_absolute, rms: mean absolute and root mean square error [rad]
-        coverage: share of the samples whose truth lies within the 95 % band
-    """
-
-    mean_absolute: float
+    mean_absolute: float  # mean_absolute, rms: mean absolute and root mean square error [rad]
     rms: float
-    coverage: float
+    coverage: float  # share of the samples whose truth lies within the 95 % band
 
     def __str__(self) -> str:
         return f"{math.degrees(self.mean_absolute):.3f} / {math.degrees(self.rms):.3f}"
@@ -39,20 +34,13 @@ class ErrorFigures:
 
 @dataclass(frozen=True)
 class BesideTruth:
-    """An estimate of the sideslip with the truth, (n,) each.
+    """An estimate of the sideslip with the truth, (n,) each."""
 
-    Args:
-        time: time of each sample [s]
-        estimate, deviation: sideslip angle and its standard deviation [rad]
-        truth: true sideslip angle [rad]; NaN where there is none
-        result: all outputs of the estimator; None for an estimate from elsewhere
-    """
-
-    time: np.ndarray
-    estimate: np.ndarray
+    time: np.ndarray  # time of each sample [s]
+    estimate: np.ndarray  # estimate, deviation: sideslip angle and its standard deviation [rad]
     deviation: np.ndarray
-    truth: np.ndarray
-    result: Result | None = None
+    truth: np.ndarray  # true sideslip angle [rad]; NaN where there is none
+    result: Result | None = None  # all outputs of the estimator; None for an estimate from elsewhere
 
     @cached_property
     def error(self) -> np.ndarray:
@@ -93,7 +81,6 @@ def beside_truth(
 
     Args:
         recording: recording with the signals of a car and its true sideslip
-        vehicle: vehicle that gives the estimator's parameters
         rate: sampling rate [Hz]
         tuning: tuning of the estimator; the vehicle's own where None
 
@@ -113,20 +100,15 @@ def beside_truth(
 TYRES = ("front_cornering_stiffness", "rear_cornering_stiffness", "tyre_friction", "rear_friction_ratio")
 """Parameters to fit again after a change of tyres."""
 
-EXPECTED = math.radians(0.2)
-"""Error of a good fit [rad]; that of the best estimators on real cars."""
+EXPECTED = math.radians(0.2)  # Error of a good fit [rad]; that of the best estimators on real cars
 
-MEMORY = 0.4
-"""Time after which two errors count as independent [s]; that of a steering movement."""
+MEMORY = 0.4  # Time after which two errors count as independent [s]; that of a steering movement
 
-SETTLING = 1.0
-"""Start of the drive that is left out of the fit [s]."""
+SETTLING = 1.0  # Start of the drive that is left out of the fit [s]
 
-FARTHEST = 3.0
-"""Largest change of a parameter from its value in the vehicle file, in standard deviations."""
+FARTHEST = 3.0  # Largest change of a parameter from its value in the vehicle file, in standard deviations
 
-EVERY = 10
-"""Decimation of the samples in the fit: errors change slowly."""
+EVERY = 10  # Decimation of the samples in the fit: errors change slowly
 
 
 def calibrated(
@@ -139,7 +121,6 @@ def calibrated(
 
     Args:
         recording: recording with the signals of a car and its true sideslip
-        vehicle: vehicle whose parameters are the starting point
         names: parameters to fit; each needs a standard deviation
         until: end of the part that is fitted [s, as the recording counts]
         rate: sampling rate [Hz]

@@ -19,11 +19,9 @@ from tierod_lab.papers.sideslip.setting import SLOW, Driven
 from tierod_lab.studies.effort import Effort
 from tierod_lab.studies.metrics import Frame
 
-DRAWN = 25
-"""Decimation of the drawn curves."""
+DRAWN = 25  # Decimation of the drawn curves
 DEGREES = float(np.degrees(1.0))
-LAP = (253.3, 349.9)
-"""Start and end of the second lap [s]; the curvature of the path repeats after 3.1 km."""
+LAP = (253.3, 349.9)  # Start and end of the second lap [s]; the curvature of the path repeats after 3.1 km
 
 
 def charts(frames: Mapping[str, Frame], effort: Effort) -> Iterator[Chart]:

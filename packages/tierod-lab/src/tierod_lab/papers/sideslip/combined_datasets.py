@@ -98,8 +98,7 @@ RAMPS: dict[str, tuple[float, float, float]] = {
 SHOWN = "0.35, 5 degrees/s to the right"
 PEAK = 0.98
 """Share of the largest front force of a ramp from which the peak counts as reached: the curve is flat there [-]."""
-TURNING = 15.0
-"""Time at which a ramp begins to steer [s]."""
+TURNING = 15.0  # Time at which a ramp begins to steer [s]
 
 
 @dataclass(frozen=True)

@@ -25,8 +25,7 @@ from tierod_lab.ground.courses.natural import City, Country, Motorway, NaturalDr
 from tierod_lab.ground.courses.open_loop import AngleRamp, RandomSteer, SineSteer
 from tierod_lab.papers.sideslip.setting import actuator, virtual_car
 
-RATE = 100.0
-"""Sampling rate [Hz]."""
+RATE = 100.0  # Sampling rate [Hz]
 
 SENSORS = SensorSet(
     {
@@ -40,14 +39,11 @@ SENSORS = SensorSet(
     "A car steered by wire, as its own control units see it.",
 )
 
-SPEED = 25.0
-"""Speed of the open-loop drives [m/s]."""
+SPEED = 25.0  # Speed of the open-loop drives [m/s]
 
-SETTLED = 60.0
-"""Warm-up: time before an estimate is judged [s]."""
+SETTLED = 60.0  # Warm-up: time before an estimate is judged [s]
 
-CHANGED = 20.0
-"""Time at which the road becomes banked or slippery, or a wind begins [s]."""
+CHANGED = 20.0  # Time at which the road becomes banked or slippery, or a wind begins [s]
 
 
 def _later(start: float = CHANGED) -> During:
@@ -136,8 +132,7 @@ def general(car: LateralParameters) -> LateralParameters:
     )
 
 
-FRONT, REAR = "front_cornering_stiffness", "rear_cornering_stiffness"
-"""Parameters that the cases assume wrongly."""
+FRONT, REAR = "front_cornering_stiffness", "rear_cornering_stiffness"  # Parameters that the cases assume wrongly
 
 WITH, WITHOUT_TORQUE = "all", "no torque"
 READINGS: dict[str, tuple[bool, tuple[str, ...]]] = {
@@ -163,17 +158,11 @@ NOTHING = CombinedTuning(
 
 @dataclass(frozen=True)
 class Driven:
-    """A drive, sampled for the estimator.
+    """A drive, sampled for the estimator."""
 
-    Args:
-        time: sampling times [s], (n,)
-        samples: columns of `CombinedSample`, (n, 6)
-        recording: recording with the truth
-    """
-
-    time: np.ndarray
-    samples: np.ndarray
-    recording: Recording
+    time: np.ndarray  # sampling times [s], (n,)
+    samples: np.ndarray  # columns of `CombinedSample`, (n, 6)
+    recording: Recording  # recording with the truth
 
     def truth(self, name: str) -> np.ndarray:
         """A true signal at the sampling times, (n,)."""

@@ -28,11 +28,9 @@ from tierod_lab.papers.sideslip.observer import (
 from tierod_lab.papers.sideslip.schedule import Design, ScheduledObserver, Scheduling, faster_poles, scheduled
 from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle, aligning_torque
 
-START = (0.1**2, 0.3**2, 0.3**2, 0.5**2)
-"""Initial variance of the state, in the units of the states."""
+START = (0.1**2, 0.3**2, 0.3**2, 0.5**2)  # Initial variance of the state, in the units of the states
 
-FACTOR = 10.0
-"""Observer poles over those of the system, as printed."""
+FACTOR = 10.0  # Observer poles over those of the system, as printed
 
 
 def sampled_model(sample_time: float) -> Any:
@@ -129,9 +127,7 @@ def conventional_kalman(
     """The conventional observer of a car with Kalman gains.
 
     Args:
-        p: parameters of the car
         sample_time: sampling interval [s]
-        noise: noise of sensors and model
 
     Raises:
         ParameterError: a car that the observer cannot follow, see `require_observable`
@@ -150,7 +146,6 @@ def conventional_poles(
     """The conventional observer of a car with placed poles.
 
     Args:
-        p: parameters of the car
         sample_time: sampling interval [s]
         factor: observer poles over those of the system; they are real
         noise: noise of sensors and model, for the standard deviation of the estimate

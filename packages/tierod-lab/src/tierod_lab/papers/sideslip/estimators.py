@@ -35,15 +35,10 @@ NAMES = (*OBSERVERS, MODEL, INVERSION)
 
 @dataclass(frozen=True)
 class Course:
-    """Course of an estimate over a drive.
+    """Course of an estimate over a drive."""
 
-    Args:
-        sideslip_angle: estimated sideslip angle [rad], (n,)
-        result: all outputs of the observer; None for an estimate without feedback
-    """
-
-    sideslip_angle: np.ndarray
-    result: Result | None = None
+    sideslip_angle: np.ndarray  # estimated sideslip angle [rad], (n,)
+    result: Result | None = None  # all outputs of the observer; None for an estimate without feedback
 
 
 def samples(drive: Driven) -> np.ndarray:

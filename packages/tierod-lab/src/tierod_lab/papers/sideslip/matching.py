@@ -15,11 +15,9 @@ from tierod_lab.ground.courses.open_loop import AngleRamp
 from tierod_lab.papers.sideslip.setting import CARS, Driven, driven, neutral, steering_ratio
 from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle
 
-RATE = math.radians(3.0)
-"""Steering wheel rate [rad/s]: slow against the dynamics of the car."""
+RATE = math.radians(3.0)  # Steering wheel rate [rad/s]: slow against the dynamics of the car
 
-SEEDS = (7001, 7002)
-"""Seeds of the sensor noise, to the left and to the right."""
+SEEDS = (7001, 7002)  # Seeds of the sensor noise, to the left and to the right
 
 
 def from_file() -> SteeredVehicle.Parameters:
@@ -48,7 +46,6 @@ def matched_to(car: Any, speed: float, steer: float) -> SteeredVehicle.Parameter
     torque in proportion to that force, such as the one of inclined kingpins.
 
     Args:
-        car: car of the proving ground
         speed: speed [m/s]
         steer: largest road-wheel angle of the test [deg]
     """

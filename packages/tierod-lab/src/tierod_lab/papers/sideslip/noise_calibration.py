@@ -37,21 +37,17 @@ HELD: dict[str, float] = {
 }
 """Noises that are not fitted: stiffness, bank and offset absorb the effects of friction and wind."""
 
-SPREAD = 0.7
-"""Standard deviation of the natural logarithm of a noise about its initial value; a factor of two."""
+SPREAD = 0.7  # Standard deviation of the natural logarithm of a noise about its initial value; a factor of two
 
-STEP = 1e-2
-"""Step of the finite differences, in standard deviations."""
+STEP = 1e-2  # Step of the finite differences, in standard deviations
 
 MEMORY = 4.0
 """Time after which two errors count as independent [s]; the integral of their autocorrelation on the first 55 s of the
 race laps, with typical and with fitted tyres. With less, a fit of so many parameters follows single events."""
 
-EVALUATIONS = 8
-"""Largest number of function evaluations of the fit."""
+EVALUATIONS = 8  # Largest number of function evaluations of the fit
 
-COVERED = 0.95
-"""Share of the truth that the band contains after the noises are scaled [-]."""
+COVERED = 0.95  # Share of the truth that the band contains after the noises are scaled [-]
 
 FARTHEST_FACTOR = 5.0
 """Largest factor by which the noises are scaled up or down; a larger one shows that the drive cannot determine them."""

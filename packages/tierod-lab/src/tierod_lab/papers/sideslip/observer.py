@@ -17,41 +17,26 @@ from tierod.models.linear import linearise
 from tierod_lab.papers.sideslip.axles import Axles, Slips
 from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle
 
-MOST = 1.8
-"""Largest eigenvalue magnitude times step for which the integration method decays; it diverges from two on."""
+MOST = 1.8  # Largest eigenvalue magnitude times step for which the integration method decays; it diverges from two on
 
 
 class ObserverSample(NamedTuple):
-    """Input of an observer of the paper, NaN where missing.
+    """Input of an observer of the paper, NaN where missing."""
 
-    Args:
-        vehicle_speed: forward speed, which schedules the observer
-        yaw_rate: measured yaw rate
-        road_wheel_angle: mean of both front wheels
-        road_wheel_torque: torque of the actuator at the road wheels
-    """
-
-    vehicle_speed: Annotated[Scalar, "m/s"]
-    yaw_rate: Annotated[Scalar, "rad/s"]
-    road_wheel_angle: Annotated[Scalar, "rad"]
-    road_wheel_torque: Annotated[Scalar, "N*m"]
+    vehicle_speed: Annotated[Scalar, "m/s"]  # forward speed, which schedules the observer
+    yaw_rate: Annotated[Scalar, "rad/s"]  # measured yaw rate
+    road_wheel_angle: Annotated[Scalar, "rad"]  # mean of both front wheels
+    road_wheel_torque: Annotated[Scalar, "N*m"]  # torque of the actuator at the road wheels
 
 
 class Seen(NamedTuple):
-    """A sample with finite inputs.
+    """A sample with finite inputs."""
 
-    Args:
-        running: whether the observer runs
-        vehicle_speed: finite, and not below the slowest
-        yaw_rate, road_wheel_angle: as measured
-        road_wheel_torque: finite
-    """
-
-    running: Annotated[Scalar, ""]
-    vehicle_speed: Annotated[Scalar, "m/s"]
-    yaw_rate: Annotated[Scalar, "rad/s"]
+    running: Annotated[Scalar, ""]  # whether the observer runs
+    vehicle_speed: Annotated[Scalar, "m/s"]  # finite, and not below the slowest
+    yaw_rate: Annotated[Scalar, "rad/s"]  # yaw_rate, road_wheel_angle: as measured
     road_wheel_angle: Annotated[Scalar, "rad"]
-    road_wheel_torque: Annotated[Scalar, "N*m"]
+    road_wheel_torque: Annotated[Scalar, "N*m"]  # finite
 
 
 class Found(NamedTuple):
@@ -69,23 +54,18 @@ class Found(NamedTuple):
 
 
 class ObserverEstimate(NamedTuple):
-    """Output of an observer of the paper: a `SideslipEstimate`, and its other states.
+    """Output of an observer of the paper: a `SideslipEstimate`, and its other states."""
 
-    Args:
-        sideslip_angle, sideslip_angle_deviation: sideslip at the centre of gravity, and its standard deviation
-        self_aligning_torque, self_aligning_torque_deviation: torque of the front tyres, opposing positive steer
-        nis, readings: normalised innovation squared of the sample, and its number of readings
-        held: 1 where nothing could be estimated and the last estimate is held
-        estimated_yaw_rate, estimated_road_wheel_angle, estimated_road_wheel_rate: the other states
-    """
-
+    # sideslip_angle, sideslip_angle_deviation: sideslip at the centre of gravity, and its standard deviation
     sideslip_angle: Annotated[Scalar, "rad"]
     sideslip_angle_deviation: Annotated[Scalar, "rad"]
+    # self_aligning_torque, self_aligning_torque_deviation: torque of the front tyres, opposing positive steer
     self_aligning_torque: Annotated[Scalar, "N*m"]
     self_aligning_torque_deviation: Annotated[Scalar, "N*m"]
-    nis: Annotated[Scalar, ""]
+    nis: Annotated[Scalar, ""]  # nis, readings: normalised innovation squared of the sample, and its number of readings
     readings: Annotated[Scalar, ""]
-    held: Annotated[Scalar, ""]
+    held: Annotated[Scalar, ""]  # 1 where nothing could be estimated and the last estimate is held
+    # estimated_yaw_rate, estimated_road_wheel_angle, estimated_road_wheel_rate: the other states
     estimated_yaw_rate: Annotated[Scalar, "rad/s"]
     estimated_road_wheel_angle: Annotated[Scalar, "rad"]
     estimated_road_wheel_rate: Annotated[Scalar, "rad/s"]
@@ -101,17 +81,14 @@ class ObserverState(NamedTuple):
 
 @dataclass(frozen=True)
 class LowSpeed:
-    """Speed range of the observer, and its output where the car crawls.
+    """Speed range of the observer, and its output where the car crawls."""
 
-    Args:
-        slowest: speed below which nothing is estimated; wheel speed sensors resolve nothing slower
-        settled: speed above which the observer alone counts. Between the two the output blends into the sideslip of
-            tyres without slip, rear_share times the steer, to which the model tends at low speed
-        rear_share: distance of the rear axle from the centre of gravity over the wheelbase
-    """
-
+    # distance of the rear axle from the centre of gravity over the wheelbase
     rear_share: Annotated[float, "", POSITIVE]
+    # speed below which nothing is estimated; wheel speed sensors resolve nothing slower
     slowest: Annotated[float, "m/s", POSITIVE] = 0.5
+    # speed above which the observer alone counts. Between the two the output blends into the sideslip of tyres without
+    # slip, rear_share times the steer, to which the model tends at low speed
     settled: Annotated[float, "m/s", POSITIVE] = 1.0
 
     def seen(self, sample: ObserverSample) -> Seen:
@@ -139,25 +116,20 @@ class ObserverNoise:
 
     Chosen on drives of two virtual cars at 6.7 and 25 m/s: less noise of the yaw rate's model suits crosswind and bank
     better and nonlinear tyres worse, more the reverse.
-
-    Args:
-        yaw_rate_reading, road_wheel_angle_reading: standard deviations of the sensors
-        sideslip_angle: unmodelled lateral forces, over mass and speed
-        yaw_rate: unmodelled yaw moments
-        road_wheel_rate: unmodelled torques of the steering: friction, power assist
-        self_aligning_torque: random walk of the aligning torque in the disturbance observer
-        torque_reading: error of the aligning torque that the disturbance observer passes to the second stage
-        torque_time: correlation time of that error
     """
 
+    # yaw_rate_reading, road_wheel_angle_reading: standard deviations of the sensors
     yaw_rate_reading: Annotated[float, "rad/s", POSITIVE] = 0.003
     road_wheel_angle_reading: Annotated[float, "rad", POSITIVE] = 2e-4
-    sideslip_angle: Annotated[float, "rad/s**0.5", POSITIVE] = 0.003
-    yaw_rate: Annotated[float, "rad/s**1.5", POSITIVE] = 0.04
+    sideslip_angle: Annotated[float, "rad/s**0.5", POSITIVE] = 0.003  # unmodelled lateral forces, over mass and speed
+    yaw_rate: Annotated[float, "rad/s**1.5", POSITIVE] = 0.04  # unmodelled yaw moments
+    # unmodelled torques of the steering: friction, power assist
     road_wheel_rate: Annotated[float, "rad/s**1.5", POSITIVE] = 0.6
+    # random walk of the aligning torque in the disturbance observer
     self_aligning_torque: Annotated[float, "N*m/s**0.5", POSITIVE] = 120.0
+    # error of the aligning torque that the disturbance observer passes to the second stage
     torque_reading: Annotated[float, "N*m", POSITIVE] = 20.0
-    torque_time: Annotated[float, "s", NOT_NEGATIVE] = 0.03
+    torque_time: Annotated[float, "s", NOT_NEGATIVE] = 0.03  # correlation time of that error
 
     def torque_variance(self, sample_time: float) -> float:
         """Variance [N2 m2] of a white reading with the same information as one with a correlated error."""
@@ -170,14 +142,10 @@ class SteeringTorqueObserver(ABC):
 
     The standard deviation of the sideslip angle covers noise and unmodelled forces, and errors of stiffness, trail and
     neglected tyre lag.
-
-    Args:
-        low_speed: speed range in which it runs
-        axles: uncertainty of the axles
     """
 
-    low_speed: LowSpeed
-    axles: Axles
+    low_speed: LowSpeed  # speed range in which it runs
+    axles: Axles  # uncertainty of the axles
 
     Sample = ObserverSample
 
@@ -223,7 +191,6 @@ def require_observable(p: SteeredVehicle.Parameters, sample_time: float) -> None
     """Refuse a car that the observers cannot follow.
 
     Args:
-        p: parameters of the car
         sample_time: sampling interval [s]
 
     Raises:

@@ -43,8 +43,7 @@ from tierod_lab.studies.metrics import Row
 
 CONVENTIONAL, TWO_STAGE = "conventional, poles x10", "two-stage, Kalman"
 """Observers that redraw the figures: conventional with the printed poles, two-stage with Kalman gains."""
-STEERED = 9.0
-"""Time at which steering begins in the paper's test [s]."""
+STEERED = 9.0  # Time at which steering begins in the paper's test [s]
 CASES: dict[str, tuple[Drive, dict[str, float]]] = {
     "6.7 m/s": (SLOW, {}),
     "25 m/s": (FAST, {}),

@@ -32,21 +32,13 @@ from tierod_lab.studies.metrics import Row
 
 @dataclass(frozen=True)
 class RealCar:
-    """A real car with its recording.
+    """A real car with its recording."""
 
-    Args:
-        file: folder and file of the recording
-        vehicle: vehicle file that was fitted to it
-        kind: class of the car
-        rate: sampling rate [Hz]
-        unfitted: time at the start that is not judged without a fit [s]
-    """
-
-    file: tuple[str, str]
-    vehicle: str
-    kind: Class
-    rate: float
-    unfitted: float
+    file: tuple[str, str]  # folder and file of the recording
+    vehicle: str  # vehicle file that was fitted to it
+    kind: Class  # class of the car
+    rate: float  # sampling rate [Hz]
+    unfitted: float  # time at the start that is not judged without a fit [s]
 
     def recording(self) -> Recording | None:
         """The recording; None where it or the library of its reader is missing."""
@@ -186,8 +178,7 @@ def unprepared(name: str) -> list[Row]:
 
 
 BLOCKS = 5
-FITTED = (*TYRES, "sensor_forward", "roll_share")
-"""Parameters that are fitted beside the noises."""
+FITTED = (*TYRES, "sensor_forward", "roll_share")  # Parameters that are fitted beside the noises
 SPREADS = {
     "front_cornering_stiffness": 0.3,
     "rear_cornering_stiffness": 0.3,

@@ -31,10 +31,8 @@ def stationary_covariance(
     """Steady-state covariances of an observer with a fixed gain under process and measurement noise.
 
     Args:
-        system: discrete
         gain: K of x = x- + K (y - C x-)
         process: process noise variance of each state per sample
-        reading: noise variance of each measurement
 
     Source: P = (I - K C)(A P A' + Q)(I - K C)' + K R K' (Joseph), solved for P.
     """
@@ -51,8 +49,7 @@ def error_radius(system: LinearSystem, gain: np.ndarray) -> float:
     return float(np.abs(np.linalg.eigvals((np.eye(len(system.A)) - gain @ system.C) @ system.A)).max())
 
 
-LOWEST, HIGHEST, COUNT = 0.5, 70.0, 16
-"""Range of the speeds [m/s] for which gains are designed, and their number."""
+LOWEST, HIGHEST, COUNT = 0.5, 70.0, 16  # Range of the speeds [m/s] for which gains are designed, and their number
 
 HALF = 2.0
 """Speed [m/s] in the middle of the table's scale; gains go with 1/V, and over V / (V + HALF) they are nearly linear."""
@@ -82,21 +79,15 @@ def _speed(share: float) -> float:
     return HALF * at / (1.0 - at)
 
 
-SPEEDS = tuple(_speed(row / (COUNT - 1)) for row in range(COUNT))
-"""Speeds of the rows [m/s]."""
+SPEEDS = tuple(_speed(row / (COUNT - 1)) for row in range(COUNT))  # Speeds of the rows [m/s]
 
 
 @dataclass(frozen=True)
 class Schedule:
-    """Numbers interpolated over the speed between the rows of a table; constant before the first and after the last.
+    """Numbers interpolated over the speed between the rows of a table; constant before the first and after the last."""
 
-    Args:
-        first: values at the first of `SPEEDS`
-        rises: differences of the values from each row to the next
-    """
-
-    first: tuple[float, ...]
-    rises: tuple[tuple[float, ...], ...]
+    first: tuple[float, ...]  # values at the first of `SPEEDS`
+    rises: tuple[tuple[float, ...], ...]  # differences of the values from each row to the next
 
     @classmethod
     def through(cls, rows: Sequence[Sequence[float]]) -> Self:
@@ -141,33 +132,18 @@ class Scheduled(NamedTuple):
 
 @dataclass(frozen=True)
 class ScheduledObserver:
-    """Observer of two outputs with gains scheduled by speed; variances and innovation weights are in the same table.
+    """Observer of two outputs with gains scheduled by speed; variances and innovation weights are in the same table."""
 
-    Args:
-        model: discrete model, linear in its state apart from friction
-        parameters: parameters of the model
-        schedule: gain row by row, variances, and the inverse of the innovations' covariance (packed), by speed
-        asked: number of requested variances
-        growth: growth of each variance per sample while the observer is held
-        fading: decay factor of that growth per sample while the observer runs
-    """
-
-    model: Any
-    parameters: Any
-    schedule: Schedule
-    asked: int
-    growth: tuple[float, ...]
-    fading: Annotated[float, ""]
+    model: Any  # discrete model, linear in its state apart from friction
+    parameters: Any  # parameters of the model
+    schedule: Schedule  # gain row by row, variances, and the inverse of the innovations' covariance (packed), by speed
+    asked: int  # number of requested variances
+    growth: tuple[float, ...]  # growth of each variance per sample while the observer is held
+    fading: Annotated[float, ""]  # decay factor of that growth per sample while the observer runs
 
     @classmethod
     def of(cls, model: Any, parameters: Any, schedule: Schedule) -> Self:
-        """The observer of sideslip angle and aligning torque, with growth and fading of their held variances.
-
-        Args:
-            model: discrete model
-            parameters: parameters of the model
-            schedule: schedule with both variances
-        """
+        """The observer of sideslip angle and aligning torque, with growth and fading of their held variances."""
         step = parameters.sample_time
         return cls(model, parameters, schedule, 2, tuple(rate * step for rate in HELD), math.exp(-step / FADING_TIME))
 
@@ -180,10 +156,8 @@ class ScheduledObserver:
         """Process one sample; the state is held where the observer does not run.
 
         Args:
-            state: state after the previous sample
             inputs, measured: inputs and outputs of the model; a measurement may be missing, an input may not
             speed: speed at which the gain is taken [m/s]
-            running: whether the observer runs
         """
         values = self.schedule.at(speed)
         n, m = len(leaf_names(self.model.State)), len(leaf_names(self.model.Output))
@@ -210,15 +184,10 @@ class _Sample(NamedTuple):
 
 
 class Design(NamedTuple):
-    """Model for the design of the gain at one speed.
+    """Model for the design of the gain at one speed."""
 
-    Args:
-        system: discrete model at that speed, without friction
-        continuous: continuous model, for its eigenvalues
-    """
-
-    system: LinearSystem
-    continuous: LinearSystem
+    system: LinearSystem  # discrete model at that speed, without friction
+    continuous: LinearSystem  # continuous model, for its eigenvalues
 
 
 def faster_poles(design: Design, factor: float, sample_time: float) -> np.ndarray:
@@ -227,27 +196,19 @@ def faster_poles(design: Design, factor: float, sample_time: float) -> np.ndarra
     return np.real(discrete_poles(-factor * size, sample_time))
 
 
-Gain = Callable[[Design], np.ndarray]
-"""Design of the full-order observer's gain, (n, 2), at one speed."""
+Gain = Callable[[Design], np.ndarray]  # Design of the full-order observer's gain, (n, 2), at one speed
 Functionals = Callable[[float], np.ndarray]
 """Function from speed [m/s] to rows over the state whose variances are requested."""
 
 
 @dataclass(frozen=True)
 class Scheduling:
-    """A model at any constant speed, discretised exactly.
+    """A model at any constant speed, discretised exactly."""
 
-    Args:
-        model: continuous model, linear in its state without friction
-        parameters: parameters of the model, without friction
-        inputs: inputs of the model at a speed, zero except for the speed
-        sample_time: sampling interval [s]
-    """
-
-    model: Any
-    parameters: Any
-    inputs: Callable[[float], tuple[float, ...]]
-    sample_time: Annotated[float, "s"]
+    model: Any  # continuous model, linear in its state without friction
+    parameters: Any  # parameters of the model, without friction
+    inputs: Callable[[float], tuple[float, ...]]  # inputs of the model at a speed, zero except for the speed
+    sample_time: Annotated[float, "s"]  # sampling interval [s]
 
     def at(self, speed: float) -> Design:
         """The model at a speed [m/s]."""
@@ -269,11 +230,7 @@ def scheduled(
     """Schedule of gains, variances and innovation weights over all speeds.
 
     Args:
-        model: model at any speed
-        gain: design of a gain
-        functionals: quantities with requested variances
         process: variance that each state gains per sample
-        reading: variance of each measurement
 
     Raises:
         ParameterError: the observer is not stable at a speed between two of the table

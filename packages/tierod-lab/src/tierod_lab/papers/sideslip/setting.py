@@ -19,8 +19,7 @@ from tierod_lab.ground.courses.conditions import Adhesion, AnyCondition, Breeze,
 from tierod_lab.ground.courses.course import Course
 from tierod_lab.ground.courses.open_loop import SineSteer
 
-RATE = 1000.0
-"""Sampling rate [Hz]."""
+RATE = 1000.0  # Sampling rate [Hz]
 
 SENSORS = SensorSet(
     {
@@ -35,8 +34,7 @@ SENSORS = SensorSet(
 )
 """Sensors with the noise of a good gyroscope and of an encoder at the pinion."""
 
-STRAIGHT_ON = 2.0
-"""Duration of straight driving at the start of every drive [s], which is not judged."""
+STRAIGHT_ON = 2.0  # Duration of straight driving at the start of every drive [s], which is not judged
 
 
 @cache
@@ -72,29 +70,19 @@ def neutral(car: Any) -> Any:
     return dataclasses.replace(car, chassis=car.chassis.with_axle_stiffness(front, rear))
 
 
-CARS = {"virtual car": virtual_car, "brush tyres": brush_car}
-"""Name in the tables -> maker of the car."""
+CARS = {"virtual car": virtual_car, "brush tyres": brush_car}  # Name in the tables -> maker of the car
 
 
 @dataclass(frozen=True)
 class Drive:
-    """One drive with sine steer.
+    """One drive with sine steer."""
 
-    Args:
-        speed: speed [m/s]
-        steer: amplitude of the road-wheel angle [deg]
-        frequency: frequency of the sine [Hz]
-        conditions: disturbances by road and wind
-        neutral: whether the car is made neutral
-        periods: number of periods of the sine
-    """
-
-    speed: float
-    steer: float
-    frequency: float
-    conditions: tuple[AnyCondition, ...] = ()
-    neutral: bool = False
-    periods: int = 5
+    speed: float  # speed [m/s]
+    steer: float  # amplitude of the road-wheel angle [deg]
+    frequency: float  # frequency of the sine [Hz]
+    conditions: tuple[AnyCondition, ...] = ()  # disturbances by road and wind
+    neutral: bool = False  # whether the car is made neutral
+    periods: int = 5  # number of periods of the sine
 
     def course(self) -> Course:
         """The drive as a course of the proving ground."""
@@ -121,16 +109,11 @@ WINDY = (Breeze(crosswind=-6.7),)
 
 @dataclass(frozen=True)
 class Driven:
-    """Signals and truth of a drive on one time grid.
+    """Signals and truth of a drive on one time grid."""
 
-    Args:
-        time: sampling times [s], (n,)
-        signals: measured signals by name, (n,) each
-        truths: true signals by name without the prefix `truth_`, (n,) each
-    """
-
-    time: np.ndarray
-    signals: dict[str, np.ndarray] = field(default_factory=dict)
+    time: np.ndarray  # sampling times [s], (n,)
+    signals: dict[str, np.ndarray] = field(default_factory=dict)  # measured signals by name, (n,) each
+    # true signals by name without the prefix `truth_`, (n,) each
     truths: dict[str, np.ndarray] = field(default_factory=dict)
 
     @property

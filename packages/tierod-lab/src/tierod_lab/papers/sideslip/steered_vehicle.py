@@ -14,15 +14,10 @@ from tierod.physics.single_track import lateral_acceleration, yaw_acceleration
 
 @dataclass(frozen=True)
 class Trails:
-    """Distances behind the kingpin axis at which the lateral force of the front tyres acts.
+    """Distances behind the kingpin axis at which the lateral force of the front tyres acts."""
 
-    Args:
-        mechanical_trail: of the steering geometry, t_m
-        pneumatic_trail: of the tyres, t_p
-    """
-
-    mechanical_trail: Annotated[float, "m"]
-    pneumatic_trail: Annotated[float, "m"]
+    mechanical_trail: Annotated[float, "m"]  # of the steering geometry, t_m
+    pneumatic_trail: Annotated[float, "m"]  # of the tyres, t_p
 
 
 class SteeredVehicle:
@@ -103,7 +98,6 @@ def aligning_torque(
     """Aligning torque of both front tyres about the kingpins [N*m], which opposes positive steer.
 
     Args:
-        x, u: state and input of the single-track vehicle
         p: its parameters, with `Trails`
 
     Source: Yih, Ryu, Gerdes, eqs (3) and (12); (12) follows from (7) and (8), printed "(8) and (9)".

@@ -43,8 +43,7 @@ FACTOR = 2.0
 """Poles of the vehicle's observer over those of the vehicle; more passes more of the disturbance observer's error."""
 
 STEERING_START = (0.3**2, 0.5**2, 100.0**2)
-VEHICLE_START = (0.1**2, 0.3**2)
-"""Initial variances of both stages, in the units of the states."""
+VEHICLE_START = (0.1**2, 0.3**2)  # Initial variances of both stages, in the units of the states
 
 
 class Stages(NamedTuple):
@@ -162,9 +161,7 @@ def two_stage_kalman(
     """The two-stage observer of a car with Kalman gains.
 
     Args:
-        p: parameters of the car
         sample_time: sampling interval [s]
-        noise: noise of sensors and model
 
     Raises:
         ParameterError: a car that the observer cannot follow, see `require_observable`
@@ -192,7 +189,6 @@ def two_stage_poles(
     """The two-stage observer of a car with placed poles.
 
     Args:
-        p: parameters of the car
         sample_time: sampling interval [s]
         factor: poles of the vehicle's observer over those of the vehicle
         disturbance_poles: poles of the first stage [1/s]

@@ -33,14 +33,10 @@ LINEAR_START = {
 
 @dataclass(frozen=True)
 class LeakyKinematic:
-    """Lateral speed as the leaky integral of lateral acceleration less yaw rate times speed.
+    """Lateral speed as the leaky integral of lateral acceleration less yaw rate times speed."""
 
-    Args:
-        sample_time: sampling interval
-        leak_time: time constant of the leak; a longer one drifts more, a shorter one loses long corners
-    """
-
-    sample_time: Annotated[float, "s"]
+    sample_time: Annotated[float, "s"]  # sampling interval
+    # time constant of the leak; a longer one drifts more, a shorter one loses long corners
     leak_time: Annotated[float, "s"]
 
     class Sample(NamedTuple):
@@ -137,7 +133,6 @@ def geometric(recording: Recording, until: float, rate: float = 50.0) -> BesideT
     """Rear distance times yaw rate over speed, with the distance fitted to the part before a time.
 
     Args:
-        recording: recording with yaw rate, speed and truth
         until: end of the part that is fitted [s]
         rate: sampling rate [Hz]
     """
@@ -148,8 +143,7 @@ def geometric(recording: Recording, until: float, rate: float = 50.0) -> BesideT
     return beside(recording, distance * curvature, rate)
 
 
-SLOWEST = 1.0
-"""Lower bound of the speed by which the simple estimates divide [m/s]."""
+SLOWEST = 1.0  # Lower bound of the speed by which the simple estimates divide [m/s]
 
 LINEAR_NOISES = {"yaw_rate": 0.01, "lateral_acceleration": 0.5, "sideslip_drift": 0.02, "yaw_drift": 0.3}
 """Guessed noises and drifts of the linear Kalman filter; its stiffnesses are those of the vehicle file."""
@@ -157,26 +151,18 @@ LINEAR_NOISES = {"yaw_rate": 0.01, "lateral_acceleration": 0.5, "sideslip_drift"
 
 @dataclass(frozen=True)
 class Class:
-    """Typical tyres of a class of cars; assumed.
+    """Typical tyres of a class of cars; assumed."""
 
-    Args:
-        front_stiffness, rear_stiffness: cornering stiffness of an axle over its load [1/rad]
-        friction: friction of the tyres on a dry road [-]
-    """
-
-    front_stiffness: float
+    front_stiffness: float  # front_stiffness, rear_stiffness: cornering stiffness of an axle over its load [1/rad]
     rear_stiffness: float
-    friction: float
+    friction: float  # friction of the tyres on a dry road [-]
 
 
-PASSENGER = Class(12.0, 17.0, 1.0)
-"""205 mm summer tyres, softened by the compliance of a steered and of a fixed axle."""
+PASSENGER = Class(12.0, 17.0, 1.0)  # 205 mm summer tyres, softened by the compliance of a steered and of a fixed axle
 
-SPORTS = Class(15.0, 21.0, 1.2)
-"""Tyres that are 25 % stiffer and have 20 % more grip than those of `PASSENGER`."""
+SPORTS = Class(15.0, 21.0, 1.2)  # Tyres that are 25 % stiffer and have 20 % more grip than those of `PASSENGER`
 
-LIGHT = Class(10.5, 13.0, 0.9)
-"""Narrow tyres of low pressure, as on quadricycles."""
+LIGHT = Class(10.5, 13.0, 0.9)  # Narrow tyres of low pressure, as on quadricycles
 
 
 def typical(car: Vehicle, kind: Class, **known: float) -> Vehicle:
@@ -184,7 +170,6 @@ def typical(car: Vehicle, kind: Class, **known: float) -> Vehicle:
 
     Args:
         car: vehicle file that gives mass, axle distances, steering ratio and drive share
-        kind: class of its tyres
         known: parameters that replace those of the file, such as a distance with a measuring error
     """
     kept = ("mass", "front_distance", "rear_distance", "steering_ratio", "drive_front_share")

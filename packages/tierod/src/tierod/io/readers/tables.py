@@ -22,8 +22,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-Layout = Mapping[str, Any]
-"""Description of `tierod.io.formats`; empty in a file of another program."""
+Layout = Mapping[str, Any]  # Description of `tierod.io.formats`; empty in a file of another program
 
 Result = TypeVar("Result")
 

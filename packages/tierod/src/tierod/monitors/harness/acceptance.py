@@ -24,7 +24,6 @@ def refuse_unsuitable(monitor: Monitor, vehicle: Vehicle | None, piece: Recordin
     """Refuse a recording that lacks a required signal, or has one in raw counts instead of its unit.
 
     Args:
-        monitor: monitor that is to judge
         vehicle: vehicle whose file may allow torques in counts; None if none is given
         piece: first piece of the recording, with all derived signals
 
@@ -119,14 +118,11 @@ def _made_from(name: str) -> tuple[str, ...]:
     return (name, *RECIPES[name].needs) if name in RECIPES else (name,)
 
 
-SEEN = 1.0
-"""Duration of the beginning of a recording that a session receives to decide on its refusal [s]."""
+SEEN = 1.0  # Duration of the beginning of a recording that a session receives to decide on its refusal [s]
 
-TRIED = 30.0
-"""Duration of a trial run that determines whether a monitor has enough of its optional signals [s]."""
+TRIED = 30.0  # Duration of a trial run that determines whether a monitor has enough of its optional signals [s]
 
-NO_SIGNAL = "the recording has none of its signals"
-"""Reason why a monitor without required signals cannot run."""
+NO_SIGNAL = "the recording has none of its signals"  # Reason why a monitor without required signals cannot run
 
 TOO_FEW = "fewer than"
 """Beginning of the cause that a monitor without required signals states when it has too few signals."""

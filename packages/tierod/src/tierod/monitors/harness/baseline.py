@@ -18,12 +18,7 @@ SCHEMA = "tierod.baseline/1"
 
 @dataclass(frozen=True)
 class Baseline:
-    """Value of a quantity of one vehicle in its fault-free condition.
-
-    Args:
-        rate: rate of the steering wheel at which its damping acted [rad/s], of a test whose deviation excludes the
-            damping; None for others
-    """
+    """Value of a quantity of one vehicle in its fault-free condition."""
 
     vehicle: str  # name of the parameter set that was used
     monitor: str  # name of the monitor and variant that estimated it; another one may have another bias
@@ -32,6 +27,8 @@ class Baseline:
     unit: str  # unit in the notation of pint
     seconds: Annotated[float, "s"]  # time with the enabling condition fulfilled that the value is estimated from [s]
     learnt: str = ""  # date and time of the estimation, ISO 8601
+    # rate of the steering wheel at which its damping acted [rad/s], of a test whose deviation excludes the damping;
+    # None for others
     rate: Annotated[float | None, "rad/s"] = None
 
 
@@ -83,10 +80,6 @@ def keep_first(level: Baseline, path: str | Path) -> str:
     """Write a baseline if its file does not exist yet.
 
     An existing file is never changed, so that a slow fault cannot become part of the baseline.
-
-    Args:
-        level: baseline to be stored
-        path: path of the file
 
     Returns:
         outcome, in a sentence

@@ -22,15 +22,10 @@ Unit = Literal["h", "recording", "car"]
 
 @dataclass(frozen=True)
 class Demonstrated:
-    """False alarms observed on fault-free data that no threshold was tuned on.
+    """False alarms observed on fault-free data that no threshold was tuned on."""
 
-    Args:
-        observed: amount of data: hours, recordings or cars
-        alarms: number of false alarms
-    """
-
-    observed: float
-    alarms: int = 0
+    observed: float  # amount of data: hours, recordings or cars
+    alarms: int = 0  # number of false alarms
 
     def __post_init__(self) -> None:
         if not (self.observed > 0.0 and self.alarms >= 0):
@@ -53,51 +48,32 @@ class Demonstrated:
 
 @dataclass(frozen=True)
 class OwnRule:
-    """Numbers of a rule that is no block of `tierod.methods.detectors`, such as bounds or counts of events.
+    """Numbers of a rule that is no block of `tierod.methods.detectors`, such as bounds or counts of events."""
 
-    Args:
-        stated: the rule in words, with its numbers
-        values: numbers by name of the attribute that holds them
-    """
-
-    stated: str
-    values: Mapping[str, float]
+    stated: str  # the rule in words, with its numbers
+    values: Mapping[str, float]  # numbers by name of the attribute that holds them
 
 
 @dataclass(frozen=True)
 class Decision:
-    """Decision of a monitor: a statistic, a stopping rule with its threshold, and the false alarm rate.
+    """Decision of a monitor: a statistic, a stopping rule with its threshold, and the false alarm rate."""
 
-    Args:
-        name: name of the decision
-        distance: statistic of the rule, and its unit
-        rule: block of `tierod.methods.detectors` that decides, with its threshold, or `OwnRule`
-        place: path of the rule in a session by attributes ("block.verdict.alarm"); "" for the session itself, and
-            before `declared` has set it
-        mean_time_between_false_alarms: design value [unit]; None if only `demonstrated` is known
-        demonstrated: observations on fault-free data; None without observations
-        source: where the design and its measurement are documented
-        unit: "h", or "recording" or "car" for a rule that tests each of them once
-        design: design of the threshold; None if there is no statistic to design with
-        statistic: trace of the report that the rule compares with its thresholds; "" without a trace
-        levels: thresholds in the unit of that trace, or of the value that a single test of a recording compares
-        level: path of the threshold in a session by attributes if the vehicle file gives it; "" otherwise
-        below: whether the rule acts below its levels; otherwise above positive and below negative ones
-    """
-
-    name: str
-    distance: str
-    rule: Any
+    name: str  # name of the decision
+    distance: str  # statistic of the rule, and its unit
+    rule: Any  # block of `tierod.methods.detectors` that decides, with its threshold, or `OwnRule`
+    # path of the rule in a session by attributes ("block.verdict.alarm"); "" for the session itself, and before
+    # `declared` has set it
     place: str
-    mean_time_between_false_alarms: float | None
-    demonstrated: Demonstrated | None
-    source: str
-    unit: Unit = "h"
-    design: RuleDesign | None = None
-    statistic: str = ""
+    mean_time_between_false_alarms: float | None  # design value [unit]; None if only `demonstrated` is known
+    demonstrated: Demonstrated | None  # observations on fault-free data; None without observations
+    source: str  # where the design and its measurement are documented
+    unit: Unit = "h"  # "h", or "recording" or "car" for a rule that tests each of them once
+    design: RuleDesign | None = None  # design of the threshold; None if there is no statistic to design with
+    statistic: str = ""  # trace of the report that the rule compares with its thresholds; "" without a trace
+    # thresholds in the unit of that trace, or of the value that a single test of a recording compares
     levels: tuple[float, ...] = ()
-    level: str = ""
-    below: bool = False
+    level: str = ""  # path of the threshold in a session by attributes if the vehicle file gives it; "" otherwise
+    below: bool = False  # whether the rule acts below its levels; otherwise above positive and below negative ones
 
     def levels_in(self, session: Any) -> tuple[float, ...]:
         """Thresholds in effect in a session."""
@@ -205,7 +181,6 @@ class Passing:
 
     Args:
         decisions: decisions of the variant; those without a statistic are ignored
-        session: session that makes the decisions
 
     `reached` holds the extreme values, `passed` the times of the first passage [s], both by name of the decision.
     """
@@ -244,8 +219,7 @@ def _sides(levels: tuple[float, ...], below: bool) -> list[tuple[bool, float]]:
 SHARES = (0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3)
 """Thresholds of a trade-off curve, as shares of the designed threshold [-]."""
 
-SIZES = 25
-"""Intervals of a curve of detection probability over the size of the change."""
+SIZES = 25  # Intervals of a curve of detection probability over the size of the change
 
 
 def decided(

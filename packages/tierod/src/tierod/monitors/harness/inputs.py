@@ -252,10 +252,6 @@ class InputDefects:
 class InputChecks:
     """Checks the input signals piece by piece beside the monitor, and states the facts about them.
 
-    Args:
-        monitor: monitor on the grid of the recording
-        signals: input signals of its session
-
     `needs` holds the names of the channels to be read.
     """
 

@@ -26,8 +26,6 @@ class MemoryFeed:
 
     Args:
         path: path of the memory; the file need not exist
-        vehicle: name of the vehicle of the memory
-        monitor: name of the monitor
 
     Raises:
         InputError: the file is damaged, or belongs to another vehicle
@@ -65,10 +63,7 @@ class MemoryFeed:
         """Write the run as one operation cycle: every status as a test result, and the verdict as the last one.
 
         Args:
-            diagnosis: diagnosis of the run
-            course: changes of the running verdict
             code_courses: changes of the verdicts of single trouble codes by name, used in place of `course`
-            recording: fingerprint of the recording
 
         Returns:
             outcome, in a sentence

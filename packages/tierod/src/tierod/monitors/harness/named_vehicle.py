@@ -14,8 +14,7 @@ from tierod.vehicles import shipped
 KEYS = ("vehicle_file", "virtual_car", "vehicle")
 """Entries of a recording's metadata that may name a vehicle; many virtual cars have the name of their vehicle file."""
 
-SHORT = 1.0
-"""Duration of a recording that is read to obtain its metadata [s]."""
+SHORT = 1.0  # Duration of a recording that is read to obtain its metadata [s]
 
 
 def vehicle_named_in(source: Recording | str | Path, dbc: Any = None, channel_map: Any = None) -> str:
@@ -24,7 +23,6 @@ def vehicle_named_in(source: Recording | str | Path, dbc: Any = None, channel_ma
     Args:
         source: a recording, or the path of one
         dbc: path(s) of CAN databases
-        channel_map: path of a channel map
 
     Raises:
         InputError: the recording cannot be read, or only with the databases of a vehicle; or it is a pipe, which can be

@@ -13,11 +13,7 @@ from tierod.core.graph.maths import absolute, all_of, both, maximum, minimum, ne
 
 
 class EqualValues(NamedTuple):
-    """State of one signal and its current run of equal values.
-
-    Args:
-        low, high: least and greatest value so far [unit of the signal]
-    """
+    """State of one signal and its current run of equal values."""
 
     value: Scalar  # value of the run [unit of the signal]
     seconds: Scalar  # duration of the run [s]
@@ -25,7 +21,7 @@ class EqualValues(NamedTuple):
     longest: Scalar  # longest such part of a run that ended with a change [s]
     seen: Scalar  # time for which the signal was present and not stuck [s]
     driven: Scalar  # part of that time in which the car moved [s]
-    low: Scalar
+    low: Scalar  # low, high: least and greatest value so far [unit of the signal]
     high: Scalar
     step: Scalar  # smallest change so far [unit of the signal]
     rests_at_zero: Scalar  # whether a run at zero has ended with a change
@@ -83,13 +79,9 @@ AGREED = 0.5
 
 
 class Contradiction(NamedTuple):
-    """State of the comparison of one signal with another one since its run of equal values began.
+    """State of the comparison of one signal with another one since its run of equal values began."""
 
-    Args:
-        start: by kind of comparison, least value of the other, its value at the start of the run, or the residual
-            before the run
-    """
-
+    # by kind of comparison, least value of the other, its value at the start of the run, or the residual before the run
     start: Scalar
     far: Scalar  # by kind of comparison, greatest value of the other, its integral since the start, or the residual
     seconds: Scalar  # time for which the two have contradicted each other without interruption [s]

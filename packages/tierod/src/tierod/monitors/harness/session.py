@@ -36,11 +36,9 @@ from tierod.monitors.harness.decision import Decision
 from tierod.monitors.harness.stuck import Stuck
 from tierod.vehicles import Vehicle
 
-STATED = "statement.status"
-"""Output of a block that holds the status of its estimate."""
+STATED = "statement.status"  # Output of a block that holds the status of its estimate
 
-Table: TypeAlias = Mapping[str, float | str | Mapping[str, float]]
-"""Table of thresholds in a vehicle file."""
+Table: TypeAlias = Mapping[str, float | str | Mapping[str, float]]  # Table of thresholds in a vehicle file
 
 
 class StatusChange(NamedTuple):
@@ -52,50 +50,39 @@ class StatusChange(NamedTuple):
 
 @dataclass(frozen=True)
 class Conclusion:
-    """Conclusion of a session at the end of a recording.
+    """Conclusion of a session at the end of a recording."""
 
-    Args:
-        verdict: the verdict, with the facts that the session has found
-        histograms: name -> (edges, counts)
-        loops: name -> (angle [rad], torque)
-        consistency: statistics of the innovations by name
-        parameters: rows (name, value, unit, standard deviation, source) of the monitor's own tuning
-        baseline: estimates that may be stored as the fault-free baseline of this vehicle; None without any
-        unproven: the same of a verdict that depends on guesses; stored only where the user knows the vehicle fault-free
-        remarks: notes on parts of the report: "estimate" or "consistency" -> a sentence or two
-        withheld: names of traces that a report must not show, since their value was withheld
-        course: changes of the running verdict; empty for a monitor that judges a recording as a whole
-        code_courses: changes of the verdict on single trouble codes by name, of a monitor that isolates several faults
-        elements: state of every sensor and actuator, of a monitor that judges several
-        distances: statistic of each decision that tests a recording once, by name of the decision
-        parameter_variance: variance by the vehicle's parameters that the estimate's deviation already has [unit
-            squared]: that at the sample of the estimate; None lets the spread of the parameters add it
-    """
-
-    verdict: Verdict
-    histograms: Mapping[str, Any] = field(default_factory=dict)
-    loops: Mapping[str, Any] = field(default_factory=dict)
-    consistency: Mapping[str, float] = field(default_factory=dict)
+    verdict: Verdict  # the verdict, with the facts that the session has found
+    histograms: Mapping[str, Any] = field(default_factory=dict)  # name -> (edges, counts)
+    loops: Mapping[str, Any] = field(default_factory=dict)  # name -> (angle [rad], torque)
+    consistency: Mapping[str, float] = field(default_factory=dict)  # statistics of the innovations by name
+    # rows (name, value, unit, standard deviation, source) of the monitor's own tuning
     parameters: tuple[tuple[str, float, str, float | None, str], ...] = ()
+    # estimates that may be stored as the fault-free baseline of this vehicle; None without any
     baseline: Baseline | None = None
+    # the same of a verdict that depends on guesses; stored only where the user knows the vehicle fault-free
     unproven: Baseline | None = None
+    # notes on parts of the report: "estimate" or "consistency" -> a sentence or two
     remarks: Mapping[str, str] = field(default_factory=dict)
-    withheld: tuple[str, ...] = ()
+    withheld: tuple[str, ...] = ()  # names of traces that a report must not show, since their value was withheld
+    # changes of the running verdict; empty for a monitor that judges a recording as a whole
     course: tuple[StatusChange, ...] = ()
+    # changes of the verdict on single trouble codes by name, of a monitor that isolates several faults
     code_courses: Mapping[str, tuple[StatusChange, ...]] = field(default_factory=dict)
-    elements: tuple[Element, ...] = ()
+    elements: tuple[Element, ...] = ()  # state of every sensor and actuator, of a monitor that judges several
+    # statistic of each decision that tests a recording once, by name of the decision
     distances: Mapping[str, float] = field(default_factory=dict)
+    # variance by the vehicle's parameters that the estimate's deviation already has [unit squared]: that at the sample
+    # of the estimate; None lets the spread of the parameters add it
     parameter_variance: float | None = None
 
 
 class Session(Protocol):
     """One monitor over one recording, fed piece by piece."""
 
-    signals: tuple[str, ...]
-    """Canonical names of its input signals, in the order of the columns it expects."""
+    signals: tuple[str, ...]  # Canonical names of its input signals, in the order of the columns it expects
 
-    traces: Mapping[str, str]
-    """Outputs that a report shows over time beside the input signals: name -> unit."""
+    traces: Mapping[str, str]  # Outputs that a report shows over time beside the input signals: name -> unit
 
     def refuse(self, aligned: Aligned) -> None:
         """Refuse a recording that the session cannot judge; called with its first piece, before `absorb`.
@@ -115,8 +102,7 @@ class Session(Protocol):
 class SubjectsSession(Protocol):
     """Session that judges sensors itself, and learns before its conclusion when their signals were stuck."""
 
-    stuck: tuple[Stuck, ...]
-    """Spans in which signals were stuck, in the order of time."""
+    stuck: tuple[Stuck, ...]  # Spans in which signals were stuck, in the order of time
 
 
 class BlockSession(ABC):
@@ -205,9 +191,6 @@ class BlockSession(ABC):
 def tuning_rows(block: Block) -> list[tuple[str, float, str, float | None, str]]:
     """Floats of a monitor's own tuning, without the parameters of the vehicle.
 
-    Args:
-        block: block of a monitor
-
     Returns:
         rows (name, value, unit, standard deviation, source)
     """
@@ -239,81 +222,58 @@ def _units(kind: Any) -> Mapping[str, str]:
 
 @dataclass(frozen=True)
 class Variant:
-    """One method by which a monitor can work.
+    """One method by which a monitor can work."""
 
-    Args:
-        name: name as given on the command line
-        summary: summary in one sentence
-        source: paper and equations
-        open: function that opens the session for a vehicle, a rate [Hz], and a baseline from earlier recordings
-        decisions: all decision rules of its sessions, with the numbers in effect at the monitor's own rate
-        required: canonical signals without which it cannot run; None takes those of the monitor
-        calibrate: calibration from fault-free drives: (vehicle, drives to fit, drives for limits, source) -> tables of
-            thresholds for the vehicle file by name; empty where a signal is missing. None without one
-    """
-
-    name: str
-    summary: str
-    source: str
+    name: str  # name as given on the command line
+    summary: str  # summary in one sentence
+    source: str  # paper and equations
+    # function that opens the session for a vehicle, a rate [Hz], and a baseline from earlier recordings
     open: Callable[[Vehicle, float, Baseline | None], Session]
+    # all decision rules of its sessions, with the numbers in effect at the monitor's own rate
     decisions: tuple[Decision, ...] = ()
+    # canonical signals without which it cannot run; None takes those of the monitor
     required: tuple[str, ...] | None = None
+    # calibration from fault-free drives: (vehicle, drives to fit, drives for limits, source) -> tables of thresholds
+    # for the vehicle file by name; empty where a signal is missing. None without one
     calibrate: Callable[[Vehicle, Sequence[Recording], Sequence[Recording], str], Mapping[str, Table]] | None = None
 
 
 @dataclass(frozen=True)
 class Monitor:
-    """Monitor of one element or property of the vehicle.
+    """Monitor of one element or property of the vehicle."""
 
-    Args:
-        name: name as given on the command line
-        title: title in reports
-        summary: summary in one sentence
-        source: paper
-        required: canonical signals without which it cannot run
-        optional: signals that improve its result
-        rests_on: optional signals that its result rests on if they are present; a defect of one makes it suspect
-        rate: rate of the grid it runs on [Hz]
-        minimum_rate: lowest sampling rate of a required channel that it accepts [Hz]
-        maximum_age: age from which a sample counts as missing [s]
-        variants: variants by name
-        default: name of the variant that runs if none is given; None if the user must choose, since a wrong guess would
-            give a wrong verdict
-        slower: rates for recordings whose required channels come slower than `rate` [Hz], the fastest first; empty
-            if held values do no harm
-        lane_rate: rate at which this monitor for other parameters is compared with it [Hz]; None takes the last of
-            `slower`, or `rate`
-        subjects: signals whose faults it judges itself, so that stuck values must not be removed from them
-        reaction: time that it needs to find a fault [s]; if required signals are lost for longer at the end of a
-            recording, the verdict is not healthy
-        condition: requirement on the recording that no channel shows, as a half-sentence after "if"; "" without one
-        drive: manoeuvres and driving time that a verdict needs, as sentences
-        learns: whether it learns a baseline of the vehicle, with which later recordings are compared
-        estimates: whether it only estimates, so that what contradicts it makes it inconsistent, not suspect
-        subject: what it judges in a word or two, as the beginning of a headline; "" takes the title
-    """
-
-    name: str
-    title: str
-    summary: str
-    source: str
-    required: tuple[str, ...]
-    optional: tuple[str, ...]
-    rate: float
-    minimum_rate: float
-    maximum_age: float
-    variants: Mapping[str, Variant]
+    name: str  # name as given on the command line
+    title: str  # title in reports
+    summary: str  # summary in one sentence
+    source: str  # paper
+    required: tuple[str, ...]  # canonical signals without which it cannot run
+    optional: tuple[str, ...]  # signals that improve its result
+    rate: float  # rate of the grid it runs on [Hz]
+    minimum_rate: float  # lowest sampling rate of a required channel that it accepts [Hz]
+    maximum_age: float  # age from which a sample counts as missing [s]
+    variants: Mapping[str, Variant]  # variants by name
+    # name of the variant that runs if none is given; None if the user must choose, since a wrong guess would give a
+    # wrong verdict
     default: str | None
+    # requirement on the recording that no channel shows, as a half-sentence after "if"; "" without one
     condition: str = ""
-    drive: str = ""
+    drive: str = ""  # manoeuvres and driving time that a verdict needs, as sentences
+    # rates for recordings whose required channels come slower than `rate` [Hz], the fastest first; empty if held values
+    # do no harm
     slower: tuple[float, ...] = ()
-    learns: bool = False
-    estimates: bool = False
+    learns: bool = False  # whether it learns a baseline of the vehicle, with which later recordings are compared
+    estimates: bool = False  # whether it only estimates, so that what contradicts it makes it inconsistent, not suspect
+    # optional signals that its result rests on if they are present; a defect of one makes it suspect
     rests_on: tuple[str, ...] = ()
+    # signals whose faults it judges itself, so that stuck values must not be removed from them
     subjects: tuple[str, ...] = ()
+    # time that it needs to find a fault [s]; if required signals are lost for longer at the end of a recording, the
+    # verdict is not healthy
     reaction: Annotated[float, "s"] = 10.0
+    # rate at which this monitor for other parameters is compared with it [Hz]; None takes the last of `slower`, or
+    # `rate`
     lane_rate: Annotated[float, "Hz"] | None = None
-    subject: str = ""
+    subject: str = ""  # what it judges in a word or two, as the beginning of a headline; "" takes the title
 
     def needing(self, variant: Variant) -> Monitor:
         """Monitor with the required signals of one of its variants."""
@@ -346,9 +306,6 @@ def opened(monitor: Monitor, variant: Variant, vehicle: Vehicle, baseline: Basel
     """Open the session of a variant for a vehicle.
 
     Args:
-        monitor: monitor on the grid of the recording
-        variant: variant of the monitor
-        vehicle: vehicle whose parameters are used
         baseline: baseline from earlier recordings; None without one
 
     Raises:

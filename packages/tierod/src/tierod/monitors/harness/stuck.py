@@ -44,47 +44,43 @@ class StuckSignals:
     signal with coarse quantisation rests without a fault, so that another one must contradict it: the angle changes
     while its rate is constant, speeds differ, a lateral acceleration comes without yaw rate, the car turns left and
     right while the steering wheel rests, or one torque changes without the other.
-
-    Args:
-        shortest: shortest run of equal values that counts [s]; twice ten samples of the slowest channel that a
-            monitor accepts
-        jitter: longest run of equal values of a signal that changes with every sample [s]; three samples at 20 Hz.
-            A wheel at rest under a sensor of 0.1 degrees has longer runs in every half minute of driving
-        longer: multiple of the longest run so far from which a run counts [-]; lost frames also repeat a value
-        moving: speed from which the car counts as moving [m/s]; below it sensors may rest with the car
-        delay: largest delay between signals that is not taken for a stuck signal [s]; half a second for a late
-            channel, and a tenth in reserve
-        angle: bound of the difference between rate and angle over a run [rad]; six degrees, above any sensor's step
-        drift: growth of that bound per second of the run [rad/s]; rates have noise, and offsets, which are
-            estimated
-        offset_time: time constant of the estimated offset of a rate [s]; far longer than a turn
-        turn: bound of the difference between lateral acceleration and speed times yaw rate [m/s^2]; a road bank of
-            9 degrees. A car that exceeds it to both sides was steered
-        yaw_rate: yaw rate from which a turn shows the speed [rad/s]; an offset of the lateral acceleration does not
-            produce it at 20 m/s and more
-        misfit: largest share of time with an inconsistent turn while all its signals change [-]; above it a unit, a
-            sign or a delay is wrong, and turns are no evidence
-        smoothing: time constant of the filter for the inconsistency of turns [s]; longer than the lags of a car
-        slip: growth of that bound with the speed [-]; radius of the turn, wear of tyres and slip in braking
     """
 
     names: tuple[str, ...]  # canonical signals that are checked
     beside: tuple[str, ...]  # further signals that serve as evidence
     sample_time: Annotated[float, "s"]  # sampling interval [s]
+    # shortest run of equal values that counts [s]; twice ten samples of the slowest channel that a monitor accepts
     shortest: Annotated[float, "s"] = 1.0
+    # longest run of equal values of a signal that changes with every sample [s]; three samples at 20 Hz. A wheel at
+    # rest under a sensor of 0.1 degrees has longer runs in every half minute of driving
     jitter: Annotated[float, "s"] = 0.15
+    # multiple of the longest run so far from which a run counts [-]; lost frames also repeat a value
     longer: Annotated[float, ""] = 10.0
     learning: Annotated[float, "s"] = 30.0  # driving time after which a signal is known to change with every sample [s]
+    # speed from which the car counts as moving [m/s]; below it sensors may rest with the car
     moving: Annotated[float, "m/s"] = 2.0
+    # largest delay between signals that is not taken for a stuck signal [s]; half a second for a late channel, and a
+    # tenth in reserve
     delay: Annotated[float, "s"] = 0.6
+    # bound of the difference between rate and angle over a run [rad]; six degrees, above any sensor's step
     angle: Annotated[float, "rad"] = 0.1
+    # growth of that bound per second of the run [rad/s]; rates have noise, and offsets, which are estimated
     drift: Annotated[float, "rad/s"] = 0.02
+    # time constant of the estimated offset of a rate [s]; far longer than a turn
     offset_time: Annotated[float, "s"] = 60.0
+    # bound of the difference between lateral acceleration and speed times yaw rate [m/s^2]; a road bank of 9 degrees. A
+    # car that exceeds it to both sides was steered
     turn: Annotated[float, "m/s**2"] = 1.5
+    # yaw rate from which a turn shows the speed [rad/s]; an offset of the lateral acceleration does not produce it at
+    # 20 m/s and more
     yaw_rate: Annotated[float, "rad/s"] = 0.05
+    # largest share of time with an inconsistent turn while all its signals change [-]; above it a unit, a sign or a
+    # delay is wrong, and turns are no evidence
     misfit: Annotated[float, ""] = 0.05
+    # time constant of the filter for the inconsistency of turns [s]; longer than the lags of a car
     smoothing: Annotated[float, "s"] = 0.5
     speed: Annotated[float, "m/s"] = 1.0  # bound of the difference of two speeds [m/s]
+    # growth of that bound with the speed [-]; radius of the turn, wear of tyres and slip in braking
     slip: Annotated[float, ""] = 0.15
 
     class State(NamedTuple):

@@ -88,34 +88,26 @@ class CombinedSample(NamedTuple):
 class CombinedEstimate(NamedTuple):
     """Estimate after a sample; a `_deviation` is one standard deviation, `identified` the share by which the data
     reduced the prior variance.
-
-    Args:
-        lateral_speed, corrected_yaw_rate: motion of the centre of gravity, without the gyroscope's bias
-        front_slip_angle, rear_slip_angle: slip angles of the axles, positive where the force is to the left
-        self_aligning_torque: torque of the front axle, opposing positive steer
-        front_friction_used, rear_friction_used: lateral force over the greatest that the axle can produce now
-        limit_ahead: 1 where front slip exceeds the slip at the tuning's share of the greatest force by the required
-            standard deviations, and the estimate is not held
-        steering_friction: dry friction of the steering, true over given
-        nis, readings: normalised innovation squared of the sample, and its number of readings
-        held: 1 where nothing could be estimated and the last estimate is held
-        restarted: 1 where the filter was lost and restarted
-        yaw_noise_scale, acceleration_noise_scale: variance of the noise over its minimum, see `NoiseScale`
     """
 
     sideslip_angle: Annotated[Scalar, "rad"]
     sideslip_angle_deviation: Annotated[Scalar, "rad"]
+    # lateral_speed, corrected_yaw_rate: motion of the centre of gravity, without the gyroscope's bias
     lateral_speed: Annotated[Scalar, "m/s"]
     corrected_yaw_rate: Annotated[Scalar, "rad/s"]
+    # front_slip_angle, rear_slip_angle: slip angles of the axles, positive where the force is to the left
     front_slip_angle: Annotated[Scalar, "rad"]
     rear_slip_angle: Annotated[Scalar, "rad"]
     front_lateral_force: Annotated[Scalar, "N"]
     rear_lateral_force: Annotated[Scalar, "N"]
-    self_aligning_torque: Annotated[Scalar, "N*m"]
+    self_aligning_torque: Annotated[Scalar, "N*m"]  # torque of the front axle, opposing positive steer
     self_aligning_torque_deviation: Annotated[Scalar, "N*m"]
+    # front_friction_used, rear_friction_used: lateral force over the greatest that the axle can produce now
     front_friction_used: Annotated[Scalar, ""]
     front_friction_used_deviation: Annotated[Scalar, ""]
     rear_friction_used: Annotated[Scalar, ""]
+    # 1 where front slip exceeds the slip at the tuning's share of the greatest force by the required standard
+    # deviations, and the estimate is not held
     limit_ahead: Annotated[Scalar, ""]
     limit_distance: Annotated[Scalar, ""]
     front_stiffness: Annotated[Scalar, ""]
@@ -133,15 +125,16 @@ class CombinedEstimate(NamedTuple):
     side_force: Annotated[Scalar, "N"]
     side_force_deviation: Annotated[Scalar, "N"]
     side_force_identified: Annotated[Scalar, ""]
-    steering_friction: Annotated[Scalar, ""]
+    steering_friction: Annotated[Scalar, ""]  # dry friction of the steering, true over given
     steering_friction_deviation: Annotated[Scalar, ""]
     lateral_acceleration_bias: Annotated[Scalar, "m/s**2"]
     yaw_rate_bias: Annotated[Scalar, "rad/s"]
     road_wheel_angle_offset: Annotated[Scalar, "rad"]
-    nis: Annotated[Scalar, ""]
+    nis: Annotated[Scalar, ""]  # nis, readings: normalised innovation squared of the sample, and its number of readings
     readings: Annotated[Scalar, ""]
-    held: Annotated[Scalar, ""]
-    restarted: Annotated[Scalar, ""]
+    held: Annotated[Scalar, ""]  # 1 where nothing could be estimated and the last estimate is held
+    restarted: Annotated[Scalar, ""]  # 1 where the filter was lost and restarted
+    # yaw_noise_scale, acceleration_noise_scale: variance of the noise over its minimum, see `NoiseScale`
     yaw_noise_scale: Annotated[Scalar, ""]
     acceleration_noise_scale: Annotated[Scalar, ""]
 

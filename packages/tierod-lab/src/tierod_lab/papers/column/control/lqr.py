@@ -12,25 +12,17 @@ from tierod.core.errors import ParameterError, nearest
 from tierod.models.linear import TOLERANCE, LinearSystem, Mode, describe, linearise, modes, sampled
 from tierod.models.steering_column import TwoInertiaColumn, TwoInertiaParameters
 
-_LASTING = 1.0 - 1e-9
-"""Modulus above which an eigenvalue counts as not decaying."""
+_LASTING = 1.0 - 1e-9  # Modulus above which an eigenvalue counts as not decaying
 
 
 @dataclass(frozen=True, eq=False)
 class Regulator:
-    """State feedback u = -K x that minimises the sum of x' Q x + u' R u.
+    """State feedback u = -K x that minimises the sum of x' Q x + u' R u."""
 
-    Args:
-        gain: K, (inputs, n)
-        cost: P, where x' P x is the cost to go, (n, n)
-        eigenvalues: eigenvalues of A - B K, the slowest first
-        system: system of the design
-    """
-
-    gain: np.ndarray
-    cost: np.ndarray
-    eigenvalues: np.ndarray
-    system: LinearSystem
+    gain: np.ndarray  # K, (inputs, n)
+    cost: np.ndarray  # P, where x' P x is the cost to go, (n, n)
+    eigenvalues: np.ndarray  # eigenvalues of A - B K, the slowest first
+    system: LinearSystem  # system of the design
 
     def of(self, state: str, command: str | None = None) -> float:
         """Gain from one state to one input, the first input where none is named.
@@ -48,7 +40,6 @@ def lqr(system: LinearSystem, state_weight: np.ndarray | Mapping[str, float], in
     Example: `lqr(with_integral(sampled(system, 1e-3), ("shaft",), 1e-3), {"shaft_integral": 1e3, "angle": 10.0}, [1])`.
 
     Args:
-        system: discrete
         state_weight: Q, (n, n), or weights by name of state or output; the weight w of an output adds w c' c, and a
             state or output that is not named has no weight
         input_weight: R, (inputs, inputs), or its diagonal, above zero
@@ -89,7 +80,6 @@ def with_integral(system: LinearSystem, outputs: tuple[str, ...], sample_time: f
     """The system extended by the integrals of some outputs as states, each named after its output with "_integral".
 
     Args:
-        system: discrete system
         outputs: names of the outputs; the controller subtracts their references before it integrates
         sample_time: sampling interval [s]
 
@@ -113,7 +103,6 @@ def with_delay(system: LinearSystem, kept: float = 0.0) -> LinearSystem:
     """The system with inputs that act one sample later, by computation delay; they are states named "previous_...".
 
     Args:
-        system: discrete system
         kept: pole of a first-order low-pass on the inputs, the share of the last input that remains; 0 for none
 
     Raises:
@@ -223,7 +212,6 @@ def regulator(
     """Regulator of a column without gear, with delay, low-pass of the feedback and integral of the shaft angle.
 
     Args:
-        column: assumed parameters of the column
         torsion_bar_stiffness: stiffness between the steering wheel and the controlled shaft [N m/rad]
         sample_time: sampling interval [s]
         weights: weights of states and of the `shaft`, as in `lqr`; `WEIGHTS` where None

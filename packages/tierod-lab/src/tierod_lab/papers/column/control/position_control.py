@@ -16,17 +16,14 @@ from tierod_lab.papers.column.control.reference import ColumnMotion, Reference, 
 
 
 class ObservedColumn(NamedTuple):
-    """Estimates of a column by an observer.
+    """Estimates of a column by an observer."""
 
-    Args:
-        steering_wheel_rate, motor_speed, steering_wheel_angle, motor_angle: the state
-        disturbance_torque: torque that opposes the motor at its shaft: dry friction, torque from the rack
-    """
-
+    # steering_wheel_rate, motor_speed, steering_wheel_angle, motor_angle: the state
     steering_wheel_rate: Annotated[float, "rad/s"]
     motor_speed: Annotated[float, "rad/s"]
     steering_wheel_angle: Annotated[float, "rad"]
     motor_angle: Annotated[float, "rad"]
+    # torque that opposes the motor at its shaft: dry friction, torque from the rack
     disturbance_torque: Annotated[float, "N*m"]
 
 
@@ -44,20 +41,17 @@ class ColumnGains:
 
 @dataclass(frozen=True)
 class TorqueLimits:
-    """Limits of the commanded motor torque, and times of engagement and release.
+    """Limits of the commanded motor torque, and times of engagement and release."""
 
-    Args:
-        torque: largest torque at the motor shaft; 3 N m are 54 N m at the steering wheel axis behind a ratio of 18,
-            an electric power steering of the middle class
-        rate: largest rate of the torque; from zero to full torque in 20 ms it protects the gear, and the sweep needs a
-            fifth of it
-        engaging: time of engagement, slow enough for an unnoticed takeover of the wheel
-        releasing: time of release, much shorter than a driver's push, yet without a jerk
-    """
-
+    # largest torque at the motor shaft; 3 N m are 54 N m at the steering wheel axis behind a ratio of 18, an electric
+    # power steering of the middle class
     torque: Annotated[float, "N*m", POSITIVE] = 3.0
+    # largest rate of the torque; from zero to full torque in 20 ms it protects the gear, and the sweep needs a fifth of
+    # it
     rate: Annotated[float, "N*m/s", POSITIVE] = 150.0
+    # time of engagement, slow enough for an unnoticed takeover of the wheel
     engaging: Annotated[float, "s", POSITIVE] = 0.3
+    # time of release, much shorter than a driver's push, yet without a jerk
     releasing: Annotated[float, "s", POSITIVE] = 0.1
 
 
@@ -80,33 +74,24 @@ class PositionControl:
     during engagement, and while a limit is active and it would push further into it, so that it cannot wind up. Without
     `enabled`, or with a missing input, the torque is released within `limits.releasing`. At engagement the torque
     begins at zero for any state.
-
-    Args:
-        gains: gains of the state feedback, from `design`
-        column: assumed parameters of the column
-        output_stiffness: stiffness between the steering wheel and the controlled shaft [N m/rad]
-        limits: limits of the torque
-        sample_time: sampling interval [s]
-        kept: pole of a first-order low-pass on the deviation of the torque from the plan, which keeps the feedback from
-            exciting the gear mode; the design includes it
-        feed_forward: share of the planned torque that is used
-        friction: level of dry friction at the motor for feed-forward in the direction of the planned motion; zero for
-            none
-        friction_speed: planned motor speed below which the friction torque is about proportional to it, for a smooth
-            reversal
-        disturbance_compensation: share of the observed disturbance torque that is compensated. It is a second integral
-            action, faster than the first, and costs margin: full compensation halves the distance from instability
     """
 
-    gains: ColumnGains
-    column: TwoInertiaParameters
+    gains: ColumnGains  # gains of the state feedback, from `design`
+    column: TwoInertiaParameters  # assumed parameters of the column
+    # stiffness between the steering wheel and the controlled shaft [N m/rad]
     output_stiffness: Annotated[float, "N*m/rad", POSITIVE]
-    limits: TorqueLimits = field(default_factory=TorqueLimits)
-    sample_time: Annotated[float, "s", POSITIVE] = 1e-3
+    limits: TorqueLimits = field(default_factory=TorqueLimits)  # limits of the torque
+    sample_time: Annotated[float, "s", POSITIVE] = 1e-3  # sampling interval [s]
+    # pole of a first-order low-pass on the deviation of the torque from the plan, which keeps the feedback from
+    # exciting the gear mode; the design includes it
     kept: Annotated[float, "", SHARE] = 0.0
-    feed_forward: Annotated[float, "", SHARE] = 1.0
+    feed_forward: Annotated[float, "", SHARE] = 1.0  # share of the planned torque that is used
+    # level of dry friction at the motor for feed-forward in the direction of the planned motion; zero for none
     friction: Annotated[float, "N*m", NOT_NEGATIVE] = 0.0
+    # planned motor speed below which the friction torque is about proportional to it, for a smooth reversal
     friction_speed: Annotated[float, "rad/s", POSITIVE] = 0.5
+    # share of the observed disturbance torque that is compensated. It is a second integral action, faster than the
+    # first, and costs margin: full compensation halves the distance from instability
     disturbance_compensation: Annotated[float, "", SHARE] = 0.0
 
     class Sample(NamedTuple):
@@ -120,23 +105,14 @@ class PositionControl:
         hold: float
 
     class Output(NamedTuple):
-        """Commanded motor torque, observed shaft angle, and internal quantities of the control.
+        """Commanded motor torque, observed shaft angle, and internal quantities of the control."""
 
-        Args:
-            motor_torque: command to the motor
-            shaft_angle: observed angle of the shaft
-            error: observed less reference angle of the shaft
-            limited: whether a limit of the torque or of its rate is active (1.0 or 0.0)
-            hold: degree of engagement, 0 released to 1 in full control
-            planned: planned motion for the reference
-        """
-
-        motor_torque: Annotated[float, "N*m"]
-        shaft_angle: Annotated[float, "rad"]
-        error: Annotated[float, "rad"]
-        limited: Annotated[float, ""]
-        hold: Annotated[float, ""]
-        planned: ColumnMotion
+        motor_torque: Annotated[float, "N*m"]  # command to the motor
+        shaft_angle: Annotated[float, "rad"]  # observed angle of the shaft
+        error: Annotated[float, "rad"]  # observed less reference angle of the shaft
+        limited: Annotated[float, ""]  # whether a limit of the torque or of its rate is active (1.0 or 0.0)
+        hold: Annotated[float, ""]  # degree of engagement, 0 released to 1 in full control
+        planned: ColumnMotion  # planned motion for the reference
 
     def __post_init__(self) -> None:
         for name, number in numbers(self).items():
@@ -157,13 +133,11 @@ class PositionControl:
         """Design the position control of a column.
 
         Args:
-            column: assumed parameters of the column
             torsion_bar_stiffness: stiffness between the steering wheel and the controlled shaft [N m/rad]
             sample_time: sampling interval [s]
             weights: weights of states and of the `shaft`, as in `lqr`; `WEIGHTS` where None
             torque_weight: weight of the motor torque, 1/(N m)^2
             smoothing: time constant of the low-pass of the feedback, 0 for none [s]
-            settings: the other fields
 
         Raises:
             ParameterError: as in `lqr`, for the column with its integral and its delay of one sample

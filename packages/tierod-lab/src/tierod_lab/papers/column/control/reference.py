@@ -27,19 +27,14 @@ class Reference(NamedTuple):
 
 @dataclass(frozen=True)
 class Sweep:
-    """Linear sine sweep that fades in from rest.
+    """Linear sine sweep that fades in from rest."""
 
-    Args:
-        amplitude: amplitude; 30 degrees in the paper
-        start, stop: first and last frequency; equal ones give a plain sine
-        duration: duration of the sweep; the frequency stays at `stop` after it
-        fade: time in which the amplitude grows from zero, with four continuous derivatives
-    """
-
-    amplitude: Annotated[float, "rad", NOT_NEGATIVE] = math.radians(30.0)
+    amplitude: Annotated[float, "rad", NOT_NEGATIVE] = math.radians(30.0)  # amplitude; 30 degrees in the paper
+    # start, stop: first and last frequency; equal ones give a plain sine
     start: Annotated[float, "Hz", NOT_NEGATIVE] = 0.1
     stop: Annotated[float, "Hz", NOT_NEGATIVE] = 3.0
-    duration: Annotated[float, "s", POSITIVE] = 30.0
+    duration: Annotated[float, "s", POSITIVE] = 30.0  # duration of the sweep; the frequency stays at `stop` after it
+    # time in which the amplitude grows from zero, with four continuous derivatives
     fade: Annotated[float, "s", POSITIVE] = 1.0
 
     def __post_init__(self) -> None:
@@ -63,17 +58,12 @@ class Sweep:
 
 @dataclass(frozen=True)
 class Step:
-    """Step of the angle, smooth or as a jump.
+    """Step of the angle, smooth or as a jump."""
 
-    Args:
-        height: height of the step
-        time: time at which it begins
-        rise: rise time, with four continuous derivatives; zero gives a jump, whose derivatives are set to zero because
-            no column can follow them
-    """
-
-    height: Annotated[float, "rad"]
-    time: Annotated[float, "s"] = 0.5
+    height: Annotated[float, "rad"]  # height of the step
+    time: Annotated[float, "s"] = 0.5  # time at which it begins
+    # rise time, with four continuous derivatives; zero gives a jump, whose derivatives are set to zero because no
+    # column can follow them
     rise: Annotated[float, "s", NOT_NEGATIVE] = 0.5
 
     def __post_init__(self) -> None:
@@ -134,27 +124,21 @@ def _require_ranges(instance: object) -> None:
 
 
 class ColumnMotion(NamedTuple):
-    """Planned motion of a two-inertia column that follows a reference, and the torque for it.
+    """Planned motion of a two-inertia column that follows a reference, and the torque for it."""
 
-    Args:
-        steering_wheel_rate, motor_speed, steering_wheel_angle, motor_angle: the state
-        steering_wheel_acceleration: acceleration of the steering wheel
-        motor_torque: torque at the motor shaft, without dry friction and hands
-    """
-
+    # steering_wheel_rate, motor_speed, steering_wheel_angle, motor_angle: the state
     steering_wheel_rate: Annotated[float, "rad/s"]
     motor_speed: Annotated[float, "rad/s"]
     steering_wheel_angle: Annotated[float, "rad"]
     motor_angle: Annotated[float, "rad"]
-    steering_wheel_acceleration: Annotated[float, "rad/s**2"]
-    motor_torque: Annotated[float, "N*m"]
+    steering_wheel_acceleration: Annotated[float, "rad/s**2"]  # acceleration of the steering wheel
+    motor_torque: Annotated[float, "N*m"]  # torque at the motor shaft, without dry friction and hands
 
 
 def advanced(reference: Reference, time: Scalar) -> Reference:
     """The reference at a later time, by its Taylor series.
 
     Args:
-        reference: present reference
         time: time ahead [s], short against the periods of the reference
     """
     angle, rate, acceleration, jerk, snap = reference
@@ -175,8 +159,6 @@ def motion_for(reference: Reference, column: TwoInertiaParameters, output_stiffn
     of the shaft is y + (J y'' + beta y')/k, which is inverted as a series up to the fourth derivative of the reference.
 
     Args:
-        reference: reference of the output shaft
-        column: parameters of the column
         output_stiffness: k, stiffness between the steering wheel and the controlled shaft: that of the torsion bar for
             the output of the gear, `column.stiffness` for the angle of the motor [N m/rad]
 

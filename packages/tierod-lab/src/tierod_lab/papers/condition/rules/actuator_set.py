@@ -54,9 +54,7 @@ class ActuatorSet:
     """r1a to r8a at every sample, and four residuals beyond the paper that separate motors and sides.
 
     Args:
-        car: the vehicle
         coefficients: coefficients of `calibrate_residuals`
-        hold: holds the targets over two missing samples
         motors: lost shares of both steering torques; the shaft torque is that of its sensor or that of the motion of
             the steering, whichever lacks less, since a faulty torque sensor is no faulty motor
         drives: share of the drive torque that the longitudinal acceleration lacks
@@ -65,7 +63,6 @@ class ActuatorSet:
         restless: change of the commanded steering torque per sample, halved with each, above which the shaft torque is
             not compared with it, since motors and bus lag
         moving: speed below which the vehicle counts as standing
-        sample_time: sampling interval
 
     Build it by `actuator_set`.
     """
@@ -205,7 +202,6 @@ def actuator_set(
     """The residuals of the actuators of a vehicle.
 
     Args:
-        car: the vehicle
         coefficients: coefficients of a calibration; zeros where None
         sample_time: sampling interval [s]
     """

@@ -94,9 +94,6 @@ class AdaptiveSpeed:
     on another speed.
 
     Args:
-        track_width: distance between the rear wheels
-        sample_time: sampling interval
-        acceleration, wheel, speed: filters I, II and III
         wheel_noise: standard deviation of the speed of a fault-free wheel in filter III
         rejection: innovation at which the variance of a wheel has doubled
         patience: longest gap, or time in which both wheels contradict the speed, without a restart [s]

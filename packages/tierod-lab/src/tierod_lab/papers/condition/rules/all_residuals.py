@@ -21,15 +21,10 @@ Flags: Any = named_tuple("Flags", [(name, Annotated[float, ""]) for name in RESI
 
 @dataclass(frozen=True)
 class AllResiduals:
-    """Residuals of sensors and actuators, for calibration and figures.
+    """Residuals of sensors and actuators, for calibration and figures."""
 
-    Args:
-        sensors: residuals r1 to r19
-        actuators: residuals r1a and following
-    """
-
-    sensors: ResidualSet
-    actuators: ActuatorSet
+    sensors: ResidualSet  # residuals r1 to r19
+    actuators: ActuatorSet  # residuals r1a and following
 
     Sample = ConditionSample
 

@@ -14,11 +14,9 @@ from tierod_lab.papers.condition.rules.rack import StiffRack, TwoBodyRack, discr
 ANGLE_NOISE, RATE_NOISE = 1e-8, 10.0
 """Process noise: variance of the angle per sample [rad**2] and of the column rate per second [rad**2/s**3]."""
 
-MEASURED = 0.002**2
-"""Variance of the measured angle [rad**2], due to the quantisation of its sensor."""
+MEASURED = 0.002**2  # Variance of the measured angle [rad**2], due to the quantisation of its sensor
 
-SQUARINGS = 20
-"""Squarings of the matrix exponential over 10 ms; the row sums of eq (3) are 3.3e7 per second squared."""
+SQUARINGS = 20  # Squarings of the matrix exponential over 10 ms; the row sums of eq (3) are 3.3e7 per second squared
 
 _SLIDING = TwoBodyRack.State(0.0, 0.0, 0.0, 1e3)
 """State of fast sliding, in which friction has no slope and the Jacobian is the matrix of eq (3)."""
@@ -28,7 +26,6 @@ def one_body(car: ResidualParameters, sample_time: float = 0.01) -> UnscentedFil
     """The filter that the residuals use, with column and rack as one rigid body.
 
     Args:
-        car: the vehicle
         sample_time: sampling interval [s]
     """
     rack: Any = discretise_pair(StiffRack)
@@ -49,7 +46,6 @@ def two_bodies(car: ResidualParameters, sample_time: float = 0.01, model: Model 
     as in the paper, the one sensor counts twice, and the variance of the filter is almost half as large.
 
     Args:
-        car: the vehicle
         sample_time: sampling interval [s]
         model: `TwoBodyRack`, discretised; by the exponential of eq (3) with explicit friction if None
     """

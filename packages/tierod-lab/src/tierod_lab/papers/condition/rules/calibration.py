@@ -26,31 +26,21 @@ MARGIN = 1.15
 MIRRORED = (("r7", "r11"), ("r8", "r12"), ("r9", "r13"), ("r10", "r14"), ("motor_1_share", "motor_2_share"))
 """Pairs of residuals of the left and the right side; they share one threshold, since the rules compare them."""
 
-_LEAST = 1e-3
-"""Lower bound of a threshold, for residuals that hardly move, in the unit of the residual."""
+_LEAST = 1e-3  # Lower bound of a threshold, for residuals that hardly move, in the unit of the residual
 
 
 @dataclass(frozen=True)
 class ResidualCalibration:
-    """Calibration of the residuals of a vehicle.
+    """Calibration of the residuals of a vehicle."""
 
-    Args:
-        coefficients: coefficients of the models
-        thresholds: threshold by residual
-        deviations: fault-free standard deviation by residual, in its unit
-        samples: number of fault-free samples behind the thresholds
-        printed: whether the equations keep their misprints
-        adaptive: whether thresholds grow with excitation, where that lowers them on average
-        hours_between_alarms: mean time between false alarms of each residual for which the thresholds are designed;
-            None where they are the largest fault-free residual with a margin
-    """
-
-    coefficients: Coefficients
-    thresholds: Mapping[str, ResidualThreshold]
-    deviations: Mapping[str, float]
-    samples: int
-    printed: bool = False
-    adaptive: bool = False
+    coefficients: Coefficients  # coefficients of the models
+    thresholds: Mapping[str, ResidualThreshold]  # threshold by residual
+    deviations: Mapping[str, float]  # fault-free standard deviation by residual, in its unit
+    samples: int  # number of fault-free samples behind the thresholds
+    printed: bool = False  # whether the equations keep their misprints
+    adaptive: bool = False  # whether thresholds grow with excitation, where that lowers them on average
+    # mean time between false alarms of each residual for which the thresholds are designed; None where they are the
+    # largest fault-free residual with a margin
     hours_between_alarms: Annotated[float, "h"] | None = None
 
 
@@ -67,11 +57,9 @@ def calibrate_residuals(
     """Calibrates coefficients and thresholds on fault-free drives.
 
     Args:
-        car: the vehicle
         fitted: fault-free drives for the coefficients, 5 minutes or more
         healthy: fault-free drives for the thresholds, an hour or more
         sample_time: sampling interval of all recordings [s]
-        printed: whether the equations keep their misprints
         adaptive: whether a threshold may grow with speed, yaw acceleration, lateral acceleration and steering rate; it
             does where that lowers it on average
         hours_between_alarms: mean time between false alarms of each residual [h]; None takes 1.15 times the largest

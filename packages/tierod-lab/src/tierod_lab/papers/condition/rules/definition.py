@@ -18,8 +18,7 @@ from tierod.monitors.harness.decision import Decision, OwnRule
 from tierod.monitors.harness.session import Session, Table, Variant
 from tierod.vehicles import Vehicle
 
-_DECIDES = "symptom of a residual"
-"""Name of the decision that declares faults."""
+_DECIDES = "symptom of a residual"  # Name of the decision that declares faults
 
 
 def _opening(name: str) -> Callable[[Vehicle, float, Baseline | None], Session]:
@@ -68,10 +67,7 @@ def calibrated_tables(
     """Calibrates the residuals, and returns the table of a vehicle file.
 
     Args:
-        vehicle: vehicle file with calibrated parameters
         fitted, healthy: fault-free drives for the coefficients, and for the thresholds
-        source: description of the drives
-        printed: whether the residuals are those with misprints
 
     Returns:
         the table by its name; empty where a recording lacks a signal that the residuals need

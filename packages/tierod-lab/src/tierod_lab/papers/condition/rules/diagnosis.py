@@ -47,8 +47,6 @@ class RuleDiagnosis:
     """Evaluates all rules of a table at every sample.
 
     Args:
-        table: the rules
-        sample_time: sampling interval
         groups: groups of faults, within each of which one fault at a time is assumed; all faults if empty
         least_score: score from which the best faults are candidates where a residual is abnormal but no rule holds
 

@@ -28,19 +28,12 @@ _MOST_STEER = 1.2
 
 @dataclass(frozen=True)
 class Equations:
-    """Expected readings of the models, and the residuals.
+    """Expected readings of the models, and the residuals."""
 
-    Args:
-        car: the vehicle
-        coefficients: coefficients of `calibrate_residuals`
-        moving: lower bound of a speed in a denominator
-        printed: whether the equations keep their misprints
-    """
-
-    car: ResidualParameters
-    coefficients: Coefficients
-    moving: Annotated[float, "m/s"]
-    printed: bool
+    car: ResidualParameters  # the vehicle
+    coefficients: Coefficients  # coefficients of `calibrate_residuals`
+    moving: Annotated[float, "m/s"]  # lower bound of a speed in a denominator
+    printed: bool  # whether the equations keep their misprints
 
     def expected(
         self,
@@ -55,8 +48,6 @@ class Equations:
         Args:
             now: readings, zero where missing
             steer: low-passed signals of the steering and their rates
-            turning: state of the single-track model
-            forward: estimates of the two-stage filter
             unmeasured: column angle from torque and tie-rod force alone [rad]
 
         Source: Li, Frey, Gauterin, eqs (9) to (12), (46), (47).
@@ -100,7 +91,6 @@ class Equations:
         Args:
             now, steer, turning, forward: as in `expected`
             angle: estimate of the filter of r1 [rad]
-            expected: expected readings of the models
 
         Source: Li, Frey, Gauterin, eqs (6) to (47); see `catalogue` for each.
         """

@@ -14,11 +14,9 @@ from tierod_lab.papers.condition.rules.parameters import Coefficients
 from tierod_lab.papers.condition.rules.residual_set import ResidualSet
 from tierod_lab.papers.condition.rules.routes import steer_of_rolling
 
-SETTLING = 2.0
-"""Warm-up of the filters at the start of every drive, which is left out [s]."""
+SETTLING = 2.0  # Warm-up of the filters at the start of every drive, which is left out [s]
 
-FEWEST = 3000
-"""Smallest number of fault-free samples for a fit: half a minute at 100 Hz."""
+FEWEST = 3000  # Smallest number of fault-free samples for a fit: half a minute at 100 Hz
 
 
 def samples_of(recording: Recording) -> np.ndarray:

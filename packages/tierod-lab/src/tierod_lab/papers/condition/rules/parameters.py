@@ -17,16 +17,10 @@ class ResidualParameters:
 
     Args:
         mass: mass of the vehicle as driven
-        yaw_inertia: moment of inertia about the vertical axis
         front_distance, rear_distance: distance from the centre of gravity to the axle
         front_cornering_stiffness, rear_cornering_stiffness: cornering stiffness of an axle, both tyres together
-        track_width: distance between the rear wheels
-        steering_ratio: road-wheel angle over column angle
         column_inertia: moment of inertia of all that turns with the column
-        rack_stiffness, rack_damping: stiffness and damping of the rack
-        rack_ratio: rack travel over column angle
         nominal_friction: dry friction of the fault-free steering at the column
-        wheel_radius: dynamic rolling radius
 
     Source: Li, Frey, Gauterin, Table A1. There `i` is the inverse of the rack ratio, although eqs (1) to (3) need the
     ratio itself and eq (5) inverts it; the inertia is printed in a thousandth of its unit.
@@ -78,34 +72,25 @@ class ResidualParameters:
 
 @dataclass(frozen=True)
 class Coefficients:
-    """Coefficients of the models of torque, tie-rod force, angle and drives, by least squares on fault-free drives.
+    """Coefficients of the models of torque, tie-rod force, angle and drives, by least squares on fault-free drives."""
 
-    Args:
-        angle, rate, acceleration: torque over angle, rate and acceleration of the steering, a1 to a3 of eq (11)
-        friction: dry friction, with the sign of the rate
-        cornering: torque over lateral acceleration; missing in eq (11), which holds without a tie-rod force only
-        torque_offset: offset of the torque sensor
-        per_mass, per_torque: a4 and a5 of eq (46)
-        force_friction: dry friction of eq (46), with the sign of the rate
-        force_offset: offset of the force sensor
-        understeer: steer angle over speed times yaw rate, which eq (7) leaves out
-        angle_offset: offset of the angle sensor
-        inertia, resistance, drag, turning: force of the drives over longitudinal acceleration, constant, over squared
-            speed, and over lateral acceleration times steer angle
-    """
-
+    # angle, rate, acceleration: torque over angle, rate and acceleration of the steering, a1 to a3 of eq (11)
     angle: Annotated[float, "N*m/rad", ANY] = 0.0
     rate: Annotated[float, "N*m*s/rad", ANY] = 0.0
     acceleration: Annotated[float, "kg*m**2", ANY] = 0.0
-    friction: Annotated[float, "N*m", ANY] = 0.0
+    friction: Annotated[float, "N*m", ANY] = 0.0  # dry friction, with the sign of the rate
+    # torque over lateral acceleration; missing in eq (11), which holds without a tie-rod force only
     cornering: Annotated[float, "kg*m", ANY] = 0.0
-    torque_offset: Annotated[float, "N*m", ANY] = 0.0
-    per_mass: Annotated[float, "", ANY] = 0.0
+    torque_offset: Annotated[float, "N*m", ANY] = 0.0  # offset of the torque sensor
+    per_mass: Annotated[float, "", ANY] = 0.0  # per_mass, per_torque: a4 and a5 of eq (46)
     per_torque: Annotated[float, "1/m", ANY] = 0.0
-    force_friction: Annotated[float, "N*m", ANY] = 0.0
-    force_offset: Annotated[float, "N", ANY] = 0.0
+    force_friction: Annotated[float, "N*m", ANY] = 0.0  # dry friction of eq (46), with the sign of the rate
+    force_offset: Annotated[float, "N", ANY] = 0.0  # offset of the force sensor
+    # steer angle over speed times yaw rate, which eq (7) leaves out
     understeer: Annotated[float, "rad*s**2/m", ANY] = 0.0
-    angle_offset: Annotated[float, "rad", ANY] = 0.0
+    angle_offset: Annotated[float, "rad", ANY] = 0.0  # offset of the angle sensor
+    # inertia, resistance, drag, turning: force of the drives over longitudinal acceleration, constant, over squared
+    # speed, and over lateral acceleration times steer angle
     inertia: Annotated[float, "kg", ANY] = 0.0
     resistance: Annotated[float, "N", ANY] = 0.0
     drag: Annotated[float, "N*s**2/m**2", ANY] = 0.0
@@ -128,29 +113,17 @@ _TORQUES = ("steering_motor_1_target_torque", "steering_motor_2_target_torque")
 
 @dataclass(frozen=True)
 class Residual:
-    """One residual: estimate less measurement, or target less actual value.
+    """One residual: estimate less measurement, or target less actual value."""
 
-    Args:
-        name: name in the rules
-        meaning: short description
-        equation: equation of the paper
-        signals: canonical signals that determine its value, without wheel speeds that only enable it
-        unit: SI unit
-        correction: correction of the printed equation, "" for none
-        moving: whether it is enabled only while the vehicle moves
-        steady: whether it is enabled only while the commanded steering torque does not jump
-        gentle: whether it is enabled only at lateral accelerations at which the tyres are linear
-    """
-
-    name: str
-    meaning: str
-    equation: str
-    signals: tuple[str, ...]
-    unit: str
-    correction: str = ""
-    moving: bool = True
-    steady: bool = False
-    gentle: bool = False
+    name: str  # name in the rules
+    meaning: str  # short description
+    equation: str  # equation of the paper
+    signals: tuple[str, ...]  # canonical signals that determine its value, without wheel speeds that only enable it
+    unit: str  # SI unit
+    correction: str = ""  # correction of the printed equation, "" for none
+    moving: bool = True  # whether it is enabled only while the vehicle moves
+    steady: bool = False  # whether it is enabled only while the commanded steering torque does not jump
+    gentle: bool = False  # whether it is enabled only at lateral accelerations at which the tyres are linear
 
 
 def _wheel(name: str, side: str, by: str, route: str, number: int) -> Residual:

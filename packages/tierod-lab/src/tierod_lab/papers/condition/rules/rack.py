@@ -37,23 +37,14 @@ class StiffRack:
 
     @dataclass(frozen=True)
     class Parameters:
-        """Inertia, rack and friction.
+        """Inertia, rack and friction."""
 
-        Args:
-            column_inertia: of everything that turns with the column
-            rack_stiffness: of the rack towards its centre
-            rack_damping: of the rack
-            rack_ratio: rack travel per turn of the column
-            nominal_friction: dry friction of the fault-free steering at the column
-            friction_width: rate at which the smoothed friction has 76 % of its level
-        """
-
-        column_inertia: Annotated[float, "kg*m**2"]
-        rack_stiffness: Annotated[float, "N/m"]
-        rack_damping: Annotated[float, "N*s/m"]
-        rack_ratio: Annotated[float, "m/rad"]
-        nominal_friction: Annotated[float, "N*m"]
-        friction_width: Annotated[float, "rad/s"] = 0.2
+        column_inertia: Annotated[float, "kg*m**2"]  # of everything that turns with the column
+        rack_stiffness: Annotated[float, "N/m"]  # of the rack towards its centre
+        rack_damping: Annotated[float, "N*s/m"]  # of the rack
+        rack_ratio: Annotated[float, "m/rad"]  # rack travel per turn of the column
+        nominal_friction: Annotated[float, "N*m"]  # dry friction of the fault-free steering at the column
+        friction_width: Annotated[float, "rad/s"] = 0.2  # rate at which the smoothed friction has 76 % of its level
 
     @staticmethod
     def derivative(x: State, u: Input, p: Parameters) -> State:
@@ -97,14 +88,10 @@ class TwoBodyRack:
 
     @dataclass(frozen=True)
     class Parameters(StiffRack.Parameters):
-        """Parameters of `StiffRack`, mass of the rack, and teeth between column and rack; defaults from Table A1.
+        """Parameters of `StiffRack`, mass of the rack, and teeth between column and rack; defaults from Table A1."""
 
-        Args:
-            rack_mass: of the rack, m_R
-            tooth_stiffness, tooth_damping: of the teeth at the rack, k_TT and d_TT
-        """
-
-        rack_mass: Annotated[float, "kg"] = 3.0
+        rack_mass: Annotated[float, "kg"] = 3.0  # of the rack, m_R
+        # tooth_stiffness, tooth_damping: of the teeth at the rack, k_TT and d_TT
         tooth_stiffness: Annotated[float, "N/m"] = 1e8
         tooth_damping: Annotated[float, "N*s/m"] = 1e3
 
@@ -137,9 +124,6 @@ _SHORT = 1e-2  # eigenvalue times the step; below, four terms of the series have
 @lru_cache(maxsize=64)
 def discretise_pair(model: Model) -> Model:
     """A model of two states discretised by the exponential of its Jacobian, with inputs constant over a sample.
-
-    Args:
-        model: continuous, with two states
 
     Returns:
         a discrete model with the same State, Input and Output; its Parameters are `continuous` (those of the model)
@@ -219,7 +203,6 @@ def discretise_stiff(model: Model, squarings: int, at: Tree = None) -> Model:
     """A model discretised by the exponential of its Jacobian, with inputs constant over a sample.
 
     Args:
-        model: continuous
         squarings: number of squarings; the series is taken over the sample divided by 2 to this power, and the row sums
             of the Jacobian times that part of a sample have to stay below 0.5
         at: state at which the Jacobian is taken; None takes it at every state. If the model is linear except for a few

@@ -20,23 +20,15 @@ SensorFlags: Any = named_tuple("SensorFlags", [(each.name, Annotated[float, ""])
 
 
 class Motion(NamedTuple):
-    """Estimates of the models and filters of a residual set.
+    """Estimates of the models and filters of a residual set."""
 
-    Args:
-        sideslip: sideslip angle at the centre of gravity, by the single-track model
-        yaw_rate: yaw rate by the single-track model
-        forward_speed: forward speed by the two-stage filter
-        torque, force: shaft torque and tie-rod force by the models of the steering
-        angle: steering wheel angle by rolling without slip
-        unmeasured_angle: steering wheel angle by the balance of the steering, from torque and tie-rod force alone
-    """
-
-    sideslip: Annotated[float, "rad"]
-    yaw_rate: Annotated[float, "rad/s"]
-    forward_speed: Annotated[float, "m/s"]
-    torque: Annotated[float, "N*m"]
+    sideslip: Annotated[float, "rad"]  # sideslip angle at the centre of gravity, by the single-track model
+    yaw_rate: Annotated[float, "rad/s"]  # yaw rate by the single-track model
+    forward_speed: Annotated[float, "m/s"]  # forward speed by the two-stage filter
+    torque: Annotated[float, "N*m"]  # torque, force: shaft torque and tie-rod force by the models of the steering
     force: Annotated[float, "N"]
-    angle: Annotated[float, "rad"]
+    angle: Annotated[float, "rad"]  # steering wheel angle by rolling without slip
+    # steering wheel angle by the balance of the steering, from torque and tie-rod force alone
     unmeasured_angle: Annotated[float, "rad"]
 
 
@@ -45,14 +37,10 @@ GROWTHS = ("per_speed", "per_yaw_acceleration", "per_lateral_acceleration", "per
 
 
 class Excitation(NamedTuple):
-    """Excitation of the drive, with which the errors of the models grow.
+    """Excitation of the drive, with which the errors of the models grow."""
 
-    Args:
-        speed: speed of the vehicle
-        yaw_acceleration, lateral_acceleration, steering_rate: signed; their magnitudes count
-    """
-
-    speed: Annotated[float, "m/s"]
+    speed: Annotated[float, "m/s"]  # speed of the vehicle
+    # yaw_acceleration, lateral_acceleration, steering_rate: signed; their magnitudes count
     yaw_acceleration: Annotated[float, "rad/s**2"]
     lateral_acceleration: Annotated[float, "m/s**2"]
     steering_rate: Annotated[float, "rad/s"]
@@ -60,21 +48,17 @@ class Excitation(NamedTuple):
 
 @dataclass(frozen=True)
 class ResidualThreshold:
-    """Threshold of a residual, fixed or as an affine function of the excitation.
+    """Threshold of a residual, fixed or as an affine function of the excitation."""
 
-    Args:
-        base: threshold without excitation; alone it is a fixed threshold
-        per_speed, per_yaw_acceleration, per_lateral_acceleration, per_steering_rate: growth with the excitation, in the
-            unit of the residual over that of the excitation
-        centre: fault-free value of the residual, with its sign
-    """
-
+    # threshold without excitation; alone it is a fixed threshold
     base: Annotated[float, "unit of the signal", NOT_NEGATIVE]
+    # per_speed, per_yaw_acceleration, per_lateral_acceleration, per_steering_rate: growth with the excitation, in the
+    # unit of the residual over that of the excitation
     per_speed: Annotated[float, "unit of the signal", NOT_NEGATIVE] = 0.0
     per_yaw_acceleration: Annotated[float, "unit of the signal", NOT_NEGATIVE] = 0.0
     per_lateral_acceleration: Annotated[float, "unit of the signal", NOT_NEGATIVE] = 0.0
     per_steering_rate: Annotated[float, "unit of the signal", NOT_NEGATIVE] = 0.0
-    centre: Annotated[float, "unit of the signal", ANY] = 0.0
+    centre: Annotated[float, "unit of the signal", ANY] = 0.0  # fault-free value of the residual, with its sign
 
     @property
     def adapts(self) -> bool:

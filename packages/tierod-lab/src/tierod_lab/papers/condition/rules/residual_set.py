@@ -30,13 +30,9 @@ class ResidualSet:
     """Residuals r1 to r19 at every sample, each with a flag for its presence.
 
     Args:
-        car: the vehicle
         coefficients: coefficients of `calibrate_residuals`
-        hold: holds the readings over two missing samples
         steering: low-passes and derivatives of the signals of the steering
         angle: filter of r1; as in the paper it measures the angle, so that it follows a faulty sensor after a jump
-        lateral: filter of the single-track model
-        speed: two-stage adaptive filter of the speed
         moving: speed of the faster rear wheel below which the vehicle counts as standing
         most_lateral_acceleration: limit above which residuals of the single-track model are disabled, as its tyres are
             linear
@@ -185,10 +181,8 @@ def residual_set(
     """The residuals of a vehicle.
 
     Args:
-        car: the vehicle
         coefficients: coefficients of a calibration; zeros where None, which leaves r3 and r19 without a model
         sample_time: sampling interval [s]
-        printed: whether the equations keep their misprints
         angle: filter of r1 from `angle_filters`; that of one body if None
         copied: whether a filter of two bodies gets the rack position by eq (5)
     """

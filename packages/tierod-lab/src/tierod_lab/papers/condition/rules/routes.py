@@ -20,15 +20,10 @@ from tierod_lab.papers.condition.rules.rack import discretise_pair
 
 
 class Route(NamedTuple):
-    """Sideslip angle and wheel speed ratios by one route to the road-wheel angle.
+    """Sideslip angle and wheel speed ratios by one route to the road-wheel angle."""
 
-    Args:
-        sideslip: sideslip angle at the centre of gravity [rad]
-        left_share, right_share: speed of the rear wheels over that of the centre of gravity [-]
-    """
-
-    sideslip: Scalar
-    left_share: Scalar
+    sideslip: Scalar  # sideslip angle at the centre of gravity [rad]
+    left_share: Scalar  # left_share, right_share: speed of the rear wheels over that of the centre of gravity [-]
     right_share: Scalar
 
 
@@ -55,7 +50,6 @@ def wheels_of_mean(way: Route, left: Scalar, right: Scalar, misprint: bool = Fal
     """Speeds of both rear wheels [m/s] from the mean of their central speeds: eqs (24) to (33).
 
     Args:
-        way: sideslip angle and wheel speed ratios
         left, right: measured wheel speeds [m/s]
         misprint: whether the right wheel is divided by the share of the left one, as eq (27) is printed
     """
@@ -89,7 +83,6 @@ def lateral_filter(parameters: SingleTrack.Parameters, sample_time: float, print
     """The filter of eqs (13) and (14), discretised exactly: the poles of the printed tyres lie at up to -560 1/s.
 
     Args:
-        parameters: parameters of the vehicle
         sample_time: sampling interval [s]
         printed: whether the lateral acceleration is the printed one
 

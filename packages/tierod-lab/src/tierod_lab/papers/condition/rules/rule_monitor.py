@@ -65,8 +65,6 @@ class RuleMonitor:
         sensors: residuals r1 to r19
         actuators: residuals r1a and following, from readings of which the faulty ones are replaced by expected ones
         sensor_thresholds, actuator_thresholds: one threshold for each residual, in their order
-        rules: the rules
-        spans: onset and end of every fault
 
     Build it by `rule_monitor`.
     """
@@ -236,15 +234,10 @@ _ABSENT = float("inf")
 
 @dataclass(frozen=True)
 class RulesWithReaction:
-    """The rules as a variant of the monitor, with the reaction to their statements.
+    """The rules as a variant of the monitor, with the reaction to their statements."""
 
-    Args:
-        monitor: the rules
-        reaction: substitutes of the sensors and trouble codes
-    """
-
-    monitor: RuleMonitor
-    reaction: FaultReaction
+    monitor: RuleMonitor  # the rules
+    reaction: FaultReaction  # substitutes of the sensors and trouble codes
 
     Sample = ConditionSample
     Output = ConditionOutput
@@ -271,7 +264,6 @@ def rule_monitor(
     """A variant of the rules for a vehicle.
 
     Args:
-        car: the vehicle
         calibration: calibration of `calibrate_residuals`, whose `printed` suits the variant
         variant: "rules", "rules-printed", "rules-discriminating", or the path of a rule file
         sample_time: sampling interval [s]

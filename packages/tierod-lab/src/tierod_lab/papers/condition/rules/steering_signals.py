@@ -26,7 +26,6 @@ class SteeringSignals:
         bandwidth: bandwidth of the critically damped low-pass; low enough that the angle's quantisation of 0.1 degrees
             does not dominate its second derivative
         friction_width: column rate over which the sign of the friction is smoothed
-        sample_time: sampling interval
 
     A missing signal is held; the low-pass restarts at the first value after the gap.
     """
@@ -82,7 +81,6 @@ class LostShares:
     Args:
         memory: time constant of forgetting; longer is less noisy and later
         doubt: magnitude of the regressors below which the regularisation draws the shares to zero, in their unit
-        sample_time: sampling interval
 
     Regressors in a constant proportion are collinear; then the regularisation alone decides between the shares.
     """

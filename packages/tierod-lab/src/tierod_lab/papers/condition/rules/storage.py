@@ -106,18 +106,12 @@ def shipped_calibration(widened: float = UNCALIBRATED, printed: bool = False) ->
 
     Args:
         widened: factor on all thresholds; 1 leaves them as calibrated
-        printed: whether the equations keep their misprints
     """
     return widen(read_calibration(SHIPPED[printed]), widened)
 
 
 def widen(calibration: ResidualCalibration, factor: float) -> ResidualCalibration:
-    """A calibration with wider thresholds.
-
-    Args:
-        calibration: original calibration
-        factor: factor on every threshold
-    """
+    """A calibration with wider thresholds."""
     wider = {name: _times(each, factor) for name, each in calibration.thresholds.items()}
     return replace(calibration, thresholds=wider)
 
@@ -128,26 +122,16 @@ def _times(threshold: ResidualThreshold, factor: float) -> ResidualThreshold:
     return ResidualThreshold(**scaled, centre=threshold.centre)
 
 
-PARTS = tuple(each.name for each in fields(ResidualThreshold))
-"""Names of the numbers of a threshold."""
+PARTS = tuple(each.name for each in fields(ResidualThreshold))  # Names of the numbers of a threshold
 
 
 def name_of(printed: bool) -> str:
-    """Name of the thresholds in a vehicle file.
-
-    Args:
-        printed: whether the equations keep their misprints
-    """
+    """Name of the thresholds in a vehicle file."""
     return "residuals-printed" if printed else "residuals"
 
 
 def table_of(calibration: ResidualCalibration, source: str) -> dict[str, float | str | Mapping[str, float]]:
-    """A calibration as a vehicle file holds it.
-
-    Args:
-        calibration: calibration of the residuals
-        source: description of the drives
-    """
+    """A calibration as a vehicle file holds it."""
     known = {name: each for name, each in calibration.thresholds.items() if math.isfinite(each.base)}
     parts: dict[str, float | str | Mapping[str, float]] = {
         part: {name: getattr(each, part) for name, each in known.items() if part == "base" or getattr(each, part)}
@@ -165,10 +149,6 @@ def table_of(calibration: ResidualCalibration, source: str) -> dict[str, float |
 
 def calibration_of(vehicle: Vehicle, printed: bool = False) -> ResidualCalibration:
     """The calibration of a vehicle file; the shipped one with wider thresholds where the file has none.
-
-    Args:
-        vehicle: the vehicle file
-        printed: whether the equations keep their misprints
 
     Raises:
         ParameterError: the table has an unknown or missing entry, or a value that no calibration writes

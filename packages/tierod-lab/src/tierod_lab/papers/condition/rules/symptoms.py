@@ -19,40 +19,29 @@ from tierod_lab.papers.condition.rules.parameters import RESIDUALS
 
 @dataclass(frozen=True)
 class Timing:
-    """Times of symptoms and rules.
+    """Times of symptoms and rules."""
 
-    Args:
-        confirm_time: time for which a rule must hold without a break before its fault is declared
-        hold_on: time for which a residual stays abnormal after it was beyond its threshold
-        fault_free_after: time after the rule of a fault last held from which other rules take the fault as absent
-    """
-
+    # time for which a rule must hold without a break before its fault is declared
     confirm_time: Annotated[float, "s", NOT_NEGATIVE] = 0.0
+    # time for which a residual stays abnormal after it was beyond its threshold
     hold_on: Annotated[float, "s", NOT_NEGATIVE] = 0.1
+    # time after the rule of a fault last held from which other rules take the fault as absent
     fault_free_after: Annotated[float, "s", NOT_NEGATIVE] = 0.0
 
 
 @dataclass(frozen=True)
 class SymptomRule:
-    """Symptoms of one fault in the residuals.
+    """Symptoms of one fault in the residuals."""
 
-    Args:
-        fault: name of the element that is faulty
-        abnormal, normal: residuals beyond and within their thresholds
-        positive, negative: residuals that are abnormal with this sign
-        larger: pairs of residuals, the first of which has the larger magnitude over its threshold
-        fault_free: other faults of the table whose rules must not hold
-        weights: weights of residuals in the score, where they differ from 1
-    """
-
-    fault: str
-    abnormal: tuple[str, ...] = ()
+    fault: str  # name of the element that is faulty
+    abnormal: tuple[str, ...] = ()  # abnormal, normal: residuals beyond and within their thresholds
     normal: tuple[str, ...] = ()
-    positive: tuple[str, ...] = ()
+    positive: tuple[str, ...] = ()  # positive, negative: residuals that are abnormal with this sign
     negative: tuple[str, ...] = ()
+    # pairs of residuals, the first of which has the larger magnitude over its threshold
     larger: tuple[tuple[str, str], ...] = ()
-    fault_free: tuple[str, ...] = ()
-    weights: tuple[tuple[str, float], ...] = ()
+    fault_free: tuple[str, ...] = ()  # other faults of the table whose rules must not hold
+    weights: tuple[tuple[str, float], ...] = ()  # weights of residuals in the score, where they differ from 1
 
     @property
     def residuals(self) -> tuple[str, ...]:
@@ -79,22 +68,14 @@ class SymptomRule:
 
 @dataclass(frozen=True)
 class SymptomTable:
-    """Rules that are evaluated side by side.
+    """Rules that are evaluated side by side."""
 
-    Args:
-        name: short name
-        description: description in one sentence
-        source: origin of the rules
-        rules: one rule for each fault
-        timing: times of symptoms and rules
-        one_fault: whether one fault at a time is assumed; rules that hold together then give candidates, no fault
-    """
-
-    name: str
-    description: str
-    source: str
-    rules: tuple[SymptomRule, ...]
-    timing: Timing
+    name: str  # short name
+    description: str  # description in one sentence
+    source: str  # origin of the rules
+    rules: tuple[SymptomRule, ...]  # one rule for each fault
+    timing: Timing  # times of symptoms and rules
+    # whether one fault at a time is assumed; rules that hold together then give candidates, no fault
     one_fault: bool = True
 
     @property
@@ -122,7 +103,6 @@ def read_table(path: str | Path, residuals: Collection[str], faults: Collection[
     """Reads the symptom table of a file.
 
     Args:
-        path: path of a TOML file
         residuals: names of the residuals that rules may use
         faults: names of the elements that may be faulty
 
