@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Callable
 from typing import Any
 
@@ -27,8 +26,7 @@ def pages() -> dict[str, Callable[[], str]]:
     """Path below docs/ -> function that returns the text."""
     return {
         "reference/command-line.md": index,
-        "reference/python/index.md": python_index,
-        "reference/python/packages.md": packages_page,
+        "reference/python.md": python,
     }
 
 
@@ -94,22 +92,6 @@ def _shape(argument: Any) -> str:
     return shape if argument.required else f"[{shape}]"
 
 
-def python_index() -> str:
-    """Page of every name of `tierod` with its module and the first sentence of its docstring."""
-    rows = []
-    for name in dir(tierod):
-        if not name.startswith("__"):
-            rows.append((f"`{name}`", first_sentence(getattr(tierod, name).__doc__)))
-    return page(
-        "Python API",
-        "`import tierod` gives these names; each is imported when it is first used. `help(tierod.diagnose)` prints a "
-        "docstring with its arguments, and [the packages](packages.md) show those of all modules.",
-        table(("name of `tierod`", "what it is"), rows),
-        "## Packages",
-        table(("package", "what lives there"), _packages()),
-    )
-
-
 PACKAGES = (
     "tierod.core",
     "tierod.core.graph",
@@ -132,14 +114,18 @@ WITHOUT = {"tierod.core": '\n    options:\n      filters: ["!^_", "!^graph$"]'}
 """Package -> mkdocstrings option that excludes a part listed by itself."""
 
 
-def _packages() -> list[tuple[str, str]]:
-    return [(f"`{name}`", first_sentence(importlib.import_module(name).__doc__)) for name in PACKAGES]
-
-
-def packages_page() -> str:
-    """Page of all packages, whose last lines mkdocstrings replaces by the docstrings."""
+def python() -> str:
+    """Page of every name of `tierod`, and of all packages, whose lines mkdocstrings replaces by the docstrings."""
+    rows = []
+    for name in dir(tierod):
+        if not name.startswith("__"):
+            rows.append((f"`{name}`", first_sentence(getattr(tierod, name).__doc__)))
     return page(
-        "Packages",
-        "The site shows here the docstrings of every module; in a terminal `python -c \"help('tierod.core')\"` does.",
+        "Python API",
+        "`import tierod` gives these names; each is imported when it is first used. `help(tierod.diagnose)` prints a "
+        "docstring with its arguments.",
+        table(("name of `tierod`", "what it is"), rows),
+        "## Packages",
+        "The site shows here the docstrings of every module; in a terminal `help()` prints them.",
         *(f"::: {name}" + WITHOUT.get(name, "") for name in PACKAGES),
     )
