@@ -159,6 +159,7 @@ def trouble_codes() -> str:
     )
 
 
+IN_UNIT = " [unit of the element]"
 SENSOR_FAULTS = ("-loss", "-offset", "-outlier")
 """Endings of the faults that six sensors share."""
 
@@ -170,7 +171,7 @@ def faults() -> str:
     sensors = [row[0].strip("`").removesuffix("-outlier") for row in of_sensors if row[0].endswith("-outlier`")]
     rows = [row for row in rows if not row[0].strip("`").startswith(tuple(sensors)) or row not in of_sensors]
     kinds = [
-        (f"`{each['name']}`", each["description"], each["fields"], each["elements"])
+        (f"`{each['name']}`", each["description"], each["fields"].replace(IN_UNIT, ""), each["elements"])
         for each in printed("faults", "--behaviours")["behaviours"]
     ]
     return page(
@@ -183,7 +184,7 @@ def faults() -> str:
         "`SENSOR-offset` and `SENSOR-negative-offset` (for 20 s) and `SENSOR-outlier` (three times the truth for a "
         "second); `tierod faults` gives their sizes.",
         "## Behaviours",
-        "Fields in brackets have a default.",
+        "Fields in brackets have a default; those without a unit are in that of the element, or pure numbers.",
         table(("behaviour", "what it does", "fields", "elements"), kinds),
     )
 

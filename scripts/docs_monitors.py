@@ -35,28 +35,24 @@ def index() -> str:
         (f"[`{each.name}`]({each.name}.md)", each.summary, f"`{each.default}`" if each.default else "to be chosen")
         for each in MONITORS.values()
     ]
-    recorded = [
-        (f"`{each.name}`", each.drive, names(each.required) or "some of its sensors", f"{each.minimum_rate:g} Hz")
-        for each in MONITORS.values()
-    ]
     suited = []
     for vehicle in shipped():
-        cells = []
+        fitting = []
         for monitor in MONITORS:
             variants = [name for name, found in readings(monitor).items() if vehicle in found]
-            cells.append("" if not variants else "all" if len(variants) == len(readings(monitor)) else names(variants))
-        suited.append((f"[`{vehicle}`](../vehicles.md)", *cells))
+            if variants:
+                some = "" if len(variants) == len(readings(monitor)) else f" ({names(variants)})"
+                fitting.append(f"{monitor}{some}")
+        suited.append((f"`{vehicle}`", ", ".join(fitting)))
     return page(
         "Monitors",
         "`tierod diagnose RECORDING --monitor NAME` runs one of them. Without `--monitor` the vehicle file names it; "
         "else every monitor runs that recording and vehicle file allow. `tierod inspect RECORDING` lists these.",
         table(("monitor", "what it does", "default variant"), rows),
-        "## What to record",
-        table(("monitor", "drive", "needed signals", "at least"), recorded),
         "## Shipped vehicles",
-        "Variants that a vehicle file has all needed parameters for. `sideslip` and `condition` also fit other cars "
-        "than those that their papers describe; their pages say what is then left out.",
-        table(("vehicle", *(f"`{name}`" for name in MONITORS)), suited),
+        "Monitors, or variants, that a [vehicle file](../vehicles.md) has all needed parameters for. `sideslip` and "
+        "`condition` also fit other cars than those that their papers describe; their pages say what is then left out.",
+        table(("vehicle", "monitors"), suited),
     )
 
 

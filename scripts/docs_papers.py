@@ -1,58 +1,39 @@
-"""Reference pages of the five papers: every equation, table and figure with its location in the code."""
+"""Reference page of the five papers: what of their equations, tables and figures was corrected or left open."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 
 from docs_text import page, table
 
-from tierod_lab.papers.contents import PAPERS, Entry, contents
+from tierod_lab.papers.contents import PAPERS, Contents, contents
+
+AS_PRINTED = ("right", "redrawn", "nothing to reproduce", "both run", "as many minutes")
+"""Beginnings of the verdicts on parts that are carried out as printed."""
 
 
 def pages() -> dict[str, Callable[[], str]]:
     """Path below docs/ -> function that returns the text."""
-    found: dict[str, Callable[[], str]] = {"reference/papers/index.md": overview}
-    return found | {f"reference/papers/{_file(package)}.md": partial(paper, package) for package in PAPERS}
+    return {"reference/papers.md": papers}
 
 
-def _file(package: str) -> str:
-    return package.replace("_", "-")
+def papers() -> str:
+    """Page with the number of implemented parts of each paper, and with those that differ from the print."""
+    held = [contents(package) for package in PAPERS]
+    rows = [(f"[{each.paper}](../explanation/papers/{each.explanation}.md)", *map(str, _counts(each))) for each in held]
+    parts = [
+        "tierod carries out every numbered equation, table and figure of five papers. The `contents.toml` of each "
+        "package of `tierod_lab.papers` names the function of each; a test requires that none is missing. "
+        "`tierod study NAME` measures the claims.",
+        table(("paper, and what is corrected why", "equations", "tables", "figures", "misprints"), rows),
+    ]
+    for each in held:
+        differing = [row for row in each.rows if not row.verdict.startswith(AS_PRINTED)]
+        shown = [(row.of, row.what, row.verdict) for row in differing]
+        parts += [f"## {each.paper}", table(("part that differs from the print", "what", "verdict"), shown)]
+    return page("The five papers", *parts)
 
 
-def overview() -> str:
-    """Page with the number of implemented items of each paper."""
-    rows = []
-    for package in PAPERS:
-        held = contents(package)
-        misprints = sum("misprint" in row.verdict for row in held.rows)
-        rows.append(
-            (
-                f"[{held.paper}]({_file(package)}.md)",
-                *(str(count) for count in (held.equations, held.tables, held.figures)),
-                str(misprints),
-                f"[page](../../explanation/papers/{held.explanation}.md)",
-            )
-        )
-    return page(
-        "The five papers",
-        "Every numbered equation, table and figure of the papers that tierod carries out: where it is implemented, and "
-        "what was corrected. A test requires that every number is covered and every named function exists.",
-        table(("paper", "equations", "tables", "figures", "entries with misprints", "explanation"), rows),
-    )
-
-
-def paper(package: str) -> str:
-    """Page of one paper."""
-    held = contents(package)
-    return page(
-        held.paper,
-        f"[What is corrected and why](../../explanation/papers/{held.explanation}.md). `tierod study {_file(package)}` "
-        "measures its claims.",
-        table(("of the paper", "what", "implemented in", "verdict"), map(_row, held.rows)),
-    )
-
-
-def _row(entry: Entry) -> tuple[str, ...]:
-    code = ", ".join(f"`{each.replace(':', '.').removeprefix('tierod.')}`" for each in entry.code)
-    return entry.of, entry.what, code, entry.verdict
+def _counts(held: Contents) -> tuple[int, ...]:
+    misprints = sum("misprint" in row.verdict for row in held.rows)
+    return held.equations, held.tables, held.figures, misprints
