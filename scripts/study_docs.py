@@ -8,7 +8,8 @@ from __future__ import annotations
 import json
 import re
 import sys
-from collections.abc import Iterable, Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -59,18 +60,33 @@ def page(name: str, claims: Iterable[Claim]) -> str:
     ]
     if missed:
         header = ("claim", "ours", "goal", "cause, and what would mend it", "id")
-        rows = [[_sentence(each), *_figures(each), each["cause"], f"`{each['id']}`"] for each in missed]
-        parts += ["## What does not hold", *([CAUSES] if odd else []), table(header, rows)]
+        causes, shared = _shared([each["cause"] for each in missed])
+        rows = [
+            [_sentence(each), *_figures(each), cause, f"`{each['id']}`"]
+            for each, cause in zip(missed, causes, strict=True)
+        ]
+        parts += ["## What does not hold", *([CAUSES] if odd else []), table(header, rows), *shared]
     groups = STUDIES[name].groups
     for group in [*groups, *dict.fromkeys(_group(each) for each in judged if _group(each) not in groups)]:
         rows = [
-            [_sentence(each), *_figures(each), f"`{each['id']}`"]
-            for each in judged
-            if _group(each) == group and each["met"] is not False
+            [_sentence(each), *_figures(each)] for each in judged if _group(each) == group and each["met"] is not False
         ]
         if rows:
-            parts += [f"## {groups.get(group, group)}", table(("claim", "ours", "goal", "id"), rows)]
+            parts += [f"## {groups.get(group, group)}", table(("claim", "ours", "goal"), rows)]
     return "\n\n".join(parts) + "\n"
+
+
+def _shared(causes: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Causes in which what several claims share is a number in brackets, and the list of these numbers."""
+    split = {cause: re.split(r"(?<=[.]) (?=[A-Z0-9])", cause) for cause in dict.fromkeys(causes)}
+    for cause, number in Counter(causes).items():  # a cause that recurs as a whole is one entry
+        if number > 1:
+            split[cause] = [cause]
+    counts = Counter(cause for each in causes for cause in split[each])
+    often = [each for each, number in counts.items() if number > 1 and len(each.split()) > 6]
+    short = [" ".join(f"[{often.index(x) + 1}]" if x in often else x for x in split[cause]) for cause in causes]
+    listed = [f"- [{number}] {each}" for number, each in enumerate(often, 1)]
+    return short, ["\n".join(["Causes that several of them share:", "", *listed])] if listed else []
 
 
 def _group(claim: Claim) -> str:
