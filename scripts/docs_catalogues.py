@@ -160,16 +160,16 @@ def trouble_codes() -> str:
 
 
 IN_UNIT = " [unit of the element]"
-SENSOR_FAULTS = ("-loss", "-offset", "-outlier")
+SENSOR_FAULTS = ("-loss", "-offset", "-negative-offset", "-outlier")
 """Endings of the faults that six sensors share."""
 
 
 def faults() -> str:
     """Page of the shipped faults, and of the behaviours of faulty elements."""
-    rows = [(f"`{each['name']}`", each["description"]) for each in printed("faults")["faults"]]
-    of_sensors = [row for row in rows if row[0].strip("`").endswith(SENSOR_FAULTS)]
-    sensors = [row[0].strip("`").removesuffix("-outlier") for row in of_sensors if row[0].endswith("-outlier`")]
-    rows = [row for row in rows if not row[0].strip("`").startswith(tuple(sensors)) or row not in of_sensors]
+    shipped_faults = [each["name"] for each in printed("faults")["faults"]]
+    sensors = [name.removesuffix("-outlier") for name in shipped_faults if name.endswith("-outlier")]
+    every = [f"{sensor}{ending}" for sensor in sensors for ending in SENSOR_FAULTS]
+    single = names(name for name in shipped_faults if name not in every)
     kinds = [
         (f"`{each['name']}`", each["description"], each["fields"].replace(IN_UNIT, ""), each["elements"])
         for each in printed("faults", "--behaviours")["behaviours"]
@@ -179,10 +179,8 @@ def faults() -> str:
         "Faults that can be injected into a simulation. `tierod faults NAME` prints one; "
         "[how to use them](../how-to/inject-faults.md).",
         "## Shipped faults",
-        table(("fault", "what happens"), rows),
-        f"Each of the sensors {names(sensors)} also has the faults `SENSOR-loss` (reads zero for 20 s), "
-        "`SENSOR-offset` and `SENSOR-negative-offset` (for 20 s) and `SENSOR-outlier` (three times the truth for a "
-        "second); `tierod faults` gives their sizes.",
+        f"`tierod faults` describes them: {single}.",
+        f"The sensors {names(sensors)} have the faults {names(f'SENSOR{each}' for each in SENSOR_FAULTS)}.",
         "## Behaviours",
         "Fields in brackets have a default; those without a unit are in that of the element, or pure numbers.",
         table(("behaviour", "what it does", "fields", "elements"), kinds),
@@ -196,7 +194,7 @@ def scenarios() -> str:
     for each in printed("scenarios", "--cars")["cars"]:
         found = printed("scenarios", each["name"], "--cars")
         cars.append((f"`{each['name']}`", each["description"], f"`{found['vehicle']}`" if found["vehicle"] else ""))
-    courses = [(f"`{each['name']}`", each["description"]) for each in printed("scenarios", "--courses")["courses"]]
+    courses = names(each["name"] for each in printed("scenarios", "--courses")["courses"])
     return page(
         "Scenarios, virtual cars and courses",
         "`tierod simulate NAME -o drive.mf4` drives a scenario; `tierod scenarios NAME` prints a scenario, car or "
@@ -207,5 +205,5 @@ def scenarios() -> str:
         "The last column names the vehicle file that monitors use for the recordings of the car.",
         table(("car", "what it is", "vehicle"), cars),
         "## Courses",
-        table(("course", "what it is"), courses),
+        f"`tierod scenarios --courses` describes them: {courses}.",
     )

@@ -165,17 +165,19 @@ def _decisions(monitor: Monitor) -> str:
                 continue
             listed.append(each)
             sharing = [other.name for other in monitor.variants.values() if each in other.decisions]
-            alarms = each.false_alarms_in_words
+            alarms = re.sub(r"(none in [^,;]+), so fewer than [^;]+ at 95 %", r"\1", each.false_alarms_in_words)
             if each.source not in origins:
                 origins.append(each.source)
-            which = "" if len(sharing) == len(monitor.variants) else f" ({names(sharing)})"
+            lacking = [other for other in monitor.variants if other not in sharing]
+            which = f" (not {names(lacking)})" if len(lacking) < len(sharing) else f" ({names(sharing)})"
+            which = which if lacking else ""
             origin = str(origins.index(each.source) + 1)
             rows.append((each.name + which, each.distance, each.rule_in_words, alarms, origin))
     header = ("decision", "statistic", "stopping rule", "false alarms", "from")
     numbered = "\n".join(f"{number}. {_linked(origin)}" for number, origin in enumerate(origins, 1))
     return (
-        "How each number becomes a statement, and how often it does so falsely; "
-        "[what the words mean](../../explanation/stopping-rules.md).\n\n"
+        "How each number becomes a statement, and how often it does so falsely, [designed and "
+        "demonstrated](../../explanation/stopping-rules.md): none in T means fewer than 3/T at 95 %.\n\n"
         + table(header, rows)
         + f"\n\nFrom:\n\n{numbered}"
     )
