@@ -92,10 +92,11 @@ def glossary() -> str:
 
 def parameters() -> str:
     """Page of the parameters of a vehicle file."""
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for each in QUANTITIES.values():
-        measure = unit(each.unit) + (" or count" if each.torque else "")
-        rows.append((f"`{each.name}`", measure, each.meaning))
+        row = (f"`{each.name}`", unit(each.unit) + (" or count" if each.torque else ""), each.meaning)
+        joined = _joined(rows[-1], row) if rows else None
+        rows[-1:] = [joined] if joined else [*rows[-1:], row]
     return page(
         "Parameters of a vehicle",
         "The names that a [vehicle file](vehicle-file.md) may hold. A value that no car has is an error, which states "
