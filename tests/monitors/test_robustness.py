@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 
+import numpy as np
 import pytest
 
 from tierod.core.facts import Fact, Verdict, assemble
 from tierod.core.findings import Element, Estimate, Finding, Status
 from tierod.monitors.harness.session import Conclusion
 from tierod.monitors.robustness import robust
-from tierod.monitors.uncertainty import Effects
+from tierod.monitors.uncertainty import Effects, per_deviation
 from tierod.vehicles import Vehicle, load
 
 CAR, GAIN = load("midsize-eps"), "torque_gain_deviation"
@@ -30,7 +31,7 @@ def found(own: Conclusion, effects: Effects | None, car: Vehicle = CAR) -> tuple
 
 def lane(other: Conclusion, reference: Conclusion | None = None) -> Effects:
     """The vehicle with another mass has another conclusion; its statistic changes by half of its threshold."""
-    return Effects({"mass": other}, reference, {"mass": 0.5}, 1.0, "", None)
+    return Effects({("mass", -2.0): other}, reference, {"mass": 0.5}, 1.0, "", None)
 
 
 def shift(**deviations: float) -> Effects:
@@ -128,3 +129,9 @@ def test_limit_and_parameters_count_together():
     assert found(LIMITED, moves, with_limit(0.0))[0].status is Status.RISING
     finding, _ = found(LIMITED, moves, with_limit(0.6))
     assert "rising_friction, torque_gain_deviation and motor_ratio" in finding.cause
+
+
+def test_a_change_per_standard_deviation_is_the_mean_of_both_sides():
+    base, sides = np.array([1.0, 2.0]), {2.0: np.array([3.0, np.nan]), -2.0: np.array([-3.0, 0.0])}
+    assert per_deviation(sides, base) == pytest.approx([1.5, 0.0])
+    assert per_deviation({}, base) == pytest.approx([0.0, 0.0])

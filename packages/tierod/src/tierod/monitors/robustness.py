@@ -109,10 +109,14 @@ def _variance(rows: Sequence[ParameterEffect]) -> float:
 def _moves(found: Effects, estimate: Estimate) -> dict[str, float]:
     """Change of the estimate by one standard deviation of each parameter."""
     base = estimate if found.reference is None else found.reference.verdict.estimate
-    others = {name: each.verdict.estimate for name, each in found.lanes.items()}
     if base is None:
         return {}
-    return {name: each.value - base.value for name, each in others.items() if each and math.isfinite(each.value)}
+    slopes: dict[str, list[float]] = {}
+    for (name, side), lane in found.lanes.items():
+        other = lane.verdict.estimate
+        if other is not None and math.isfinite(other.value):
+            slopes.setdefault(name, []).append((other.value - base.value) / side)
+    return {name: sum(each) / len(each) for name, each in slopes.items()}
 
 
 def _widened(
@@ -150,9 +154,8 @@ def _in_a_lane(conclusion: Conclusion, found: Effects, rows: Sequence[ParameterE
     own, faulty = conclusion.verdict.status, at_fault(conclusion.elements)
     if reference.verdict.status is not own or at_fault(reference.elements) != faulty:
         return None  # on the grid of the lanes the verdict is another one, which compares with nothing
-    ranked = [each.name for each in rows]
-    for name in sorted(found.lanes, key=lambda name: ranked.index(name) if name in ranked else len(ranked)):
-        lane = found.lanes[name]
+    ranked = {each.name: place for place, each in enumerate(rows)}
+    for (name, _), lane in sorted(found.lanes.items(), key=lambda each: ranked.get(each[0][0], len(ranked))):
         other, estimate = lane.verdict.status, lane.verdict.estimate
         if own.alarm:
             turns = other.quiet or (bool(faulty) and faulty.isdisjoint(at_fault(lane.elements)))

@@ -1,6 +1,7 @@
 """Effects of a vehicle's uncertain parameters on one monitor: every parameter is a lane beside the vehicle of the file.
 
-A lane is a session of the monitor for a vehicle with one parameter in error by one standard deviation. It runs over all
+A lane is a session of the monitor for a vehicle with one parameter in error: by one standard deviation or, where the
+monitor accuses sensors, by two to either side, since a fault may be explained by one side alone. It runs over all
 samples of the recording, on the slowest grid that the monitor accepts: differences between vehicles are smooth. There
 its results are compared with those of a reference lane for the unperturbed vehicle. The parameters are independent, so
 the variance that they add to a result is the sum of the squared differences. Nothing depends on how a recording is cut.
@@ -12,7 +13,7 @@ import dataclasses
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -31,7 +32,11 @@ from tierod.vehicles.vehicle import Vehicle
 REFUSALS = (TierodError, ArithmeticError, np.linalg.LinAlgError)
 """Exceptions by which a monitor refuses to run with a vehicle."""
 
-REFERENCE = ""  # Name of the lane for the unperturbed vehicle
+Lane: TypeAlias = tuple[str, float]  # Parameter, and its error in standard deviations
+
+REFERENCE: Lane = ("", 0.0)  # Lane for the unperturbed vehicle
+
+ONE_SIDE, BOTH_SIDES = (1.0,), (2.0, -2.0)  # Errors of a parameter in its lanes, in standard deviations [-]
 
 AFTER, BEFORE = "_standard_deviation", "deviation_of_"
 """A trace is a result with a band where another one has its name with one of these around it."""
@@ -81,7 +86,7 @@ class Effects(NamedTuple):
     """What the lanes show over a recording."""
 
     # conclusion for each perturbed vehicle whose main result changes, by name of the parameter
-    lanes: Mapping[str, Conclusion]
+    lanes: Mapping[Lane, Conclusion]
     # conclusion for the unperturbed vehicle on the grid of the lanes; None where it is that of the monitor
     reference: Conclusion | None
     sizes: Mapping[str, float]  # root mean square of the change of the main result, by name of the parameter [unit]
@@ -140,6 +145,7 @@ class Lanes:
         self._bands |= {name: f"{BEFORE}{name}" for name in names if f"{BEFORE}{name}" in names}
         monitor = uncertain.monitor
         self._every = max(int(monitor.rate / (monitor.lane_rate or (monitor.rate, *monitor.slower)[-1]) + 1e-6), 1)
+        self._sides = BOTH_SIDES if monitor.subjects else ONE_SIDE
         self._running = self._opened(uncertain)
         while REFERENCE not in self._running and self._every > 1:  # too slow for this vehicle
             self._every //= 2
@@ -152,14 +158,15 @@ class Lanes:
         self._names = uncertain.names
         self._within = self._compared = 0
 
-    def _opened(self, uncertain: Uncertain) -> dict[str, Session]:
-        """Sessions by name of the parameter, without those that the monitor refuses."""
+    def _opened(self, uncertain: Uncertain) -> dict[Lane, Session]:
+        """Sessions by lane, without those that the monitor refuses."""
         monitor = dataclasses.replace(uncertain.monitor, rate=uncertain.monitor.rate / self._every)
-        lanes = {}
-        for name in uncertain.names if self._every == 1 else (REFERENCE, *uncertain.names):
-            vehicle = moved(self._vehicle, {name: 1.0}) if name else self._vehicle
+        wanted = [(name, side) for side in self._sides for name in uncertain.names]
+        lanes: dict[Lane, Session] = {}
+        for lane in wanted if self._every == 1 else (REFERENCE, *wanted):
+            vehicle = self._vehicle if lane == REFERENCE else moved(self._vehicle, dict((lane,)))
             with suppress(*REFUSALS):
-                lanes[name] = session = opened(monitor, uncertain.variant, vehicle, uncertain.baseline)
+                lanes[lane] = session = opened(monitor, uncertain.variant, vehicle, uncertain.baseline)
                 if isinstance(session, BlockSession):
                     session.moved, session.pictured = True, False
         return lanes
@@ -198,9 +205,9 @@ class Lanes:
                 session.refit(fitted)
                 self._running[name] = session
 
-    def _absorbed(self, samples: Aligned) -> Iterator[tuple[str, Mapping[str, np.ndarray]]]:
-        """Traces of every lane over a piece, by parameter; a lane that the monitor refuses ends."""
-        groups: dict[object, list[str]] = {}
+    def _absorbed(self, samples: Aligned) -> Iterator[tuple[Lane, Mapping[str, np.ndarray]]]:
+        """Traces of every lane over a piece; a lane that the monitor refuses ends."""
+        groups: dict[object, list[Lane]] = {}
         for name, session in self._running.items():
             graph = session.stepped if isinstance(session, BlockSession) and len(samples.time) >= AT_ONCE else None
             if graph is not None:
@@ -215,10 +222,10 @@ class Lanes:
                     yield name, traces
 
     def _in_one_kernel(
-        self, lanes: Mapping[str, Session], samples: Aligned
-    ) -> Iterator[tuple[str, Mapping[str, np.ndarray]]]:
+        self, lanes: Mapping[Lane, Session], samples: Aligned
+    ) -> Iterator[tuple[Lane, Mapping[str, np.ndarray]]]:
         """Run lanes side by side; the result is that of `_one_by_one`, to the last bit."""
-        ready: dict[str, tuple[BlockSession, Aligned]] = {}
+        ready: dict[Lane, tuple[BlockSession, Aligned]] = {}
         for name, session in lanes.items():
             assert isinstance(session, BlockSession)
             with suppress(*REFUSALS):
@@ -230,16 +237,18 @@ class Lanes:
                 yield name, session.taken(piece, result)
 
     def _changes(
-        self, reference: Mapping[str, np.ndarray], traces: Mapping[str, Mapping[str, np.ndarray]]
+        self, reference: Mapping[str, np.ndarray], traces: Mapping[Lane, Mapping[str, np.ndarray]]
     ) -> dict[str, list[np.ndarray]]:
         """Change of every result by each parameter, (n,) each; 0 where a result or a lane is missing."""
         results = dict.fromkeys((*self._bands, *((self._main.value,) if self._main else ())))
         changes = {
             result: [
-                np.nan_to_num(traces.get(name, reference)[result] - reference[result], nan=0.0, posinf=0.0, neginf=0.0)
+                per_deviation(
+                    {side: traces[name, side][result] for side in self._sides if (name, side) in traces}, base
+                )
                 for name in self._names
             ]
-            for result in results
+            for result, base in ((each, reference[each]) for each in results)
         }
         if self._main is not None:
             scale = self._main.scale(reference)
@@ -264,12 +273,12 @@ class Lanes:
         main = self._main
         found = np.sqrt(self._sums / max(self._known, 1)) / ((main.level if main else 0.0) or 1.0)
         own, sizes = float(found[-1]), dict(zip(self._names, found.tolist(), strict=False))
-        concluded: dict[str, Conclusion] = {}
-        for name, session in self._running.items():
+        concluded: dict[Lane, Conclusion] = {}
+        for lane, session in self._running.items():
             # Some conclusions take a tenth of a second: a lane without an effect on the result needs none.
-            if main is None or not sizes.get(name, math.inf) < SMALLEST * own:
+            if main is None or not sizes.get(lane[0], math.inf) < SMALLEST * own:
                 with suppress(*REFUSALS):
-                    concluded[name] = session.conclude()
+                    concluded[lane] = session.conclude()
         reference = concluded.pop(REFERENCE, None)
         if reference is None and self._every > 1:
             concluded = {}
@@ -283,7 +292,19 @@ class Lanes:
         )
 
 
-def _one_by_one(lanes: Mapping[str, Session], samples: Aligned) -> Iterator[tuple[str, Mapping[str, np.ndarray]]]:
+def per_deviation(sides: Mapping[float, np.ndarray], base: np.ndarray) -> np.ndarray:
+    """Change of a result by one standard deviation of a parameter; 0 where a result or all lanes are missing.
+
+    Args:
+        sides: result by the error of the parameter in standard deviations, (n,) each
+        base: result for the unperturbed vehicle, (n,)
+    """
+    slopes = [(each - base) / side for side, each in sides.items()]
+    mean = sum(slopes, np.zeros(np.shape(base))) / max(len(slopes), 1)
+    return np.nan_to_num(mean, nan=0.0, posinf=0.0, neginf=0.0)
+
+
+def _one_by_one(lanes: Mapping[Lane, Session], samples: Aligned) -> Iterator[tuple[Lane, Mapping[str, np.ndarray]]]:
     for name, session in lanes.items():
         with suppress(*REFUSALS):
             yield name, session.absorb(samples)
