@@ -59,13 +59,11 @@ def index() -> str:
 def monitor_page(name: str) -> str:
     """Reference page of one monitor."""
     monitor = MONITORS[name]
-    chosen = "" if monitor.default else f" --variant {next(iter(monitor.variants))}"
     return page(
         name,
         f"**{monitor.title}.** {monitor.summary}",
         f"Source: {monitor.source}. [Equations and limits]({EXPLANATION[name]}).",
         f"**What to record.** {monitor.drive}",
-        f"```text\ntierod diagnose RECORDING --vehicle VEHICLE --monitor {name}{chosen}\n```",
         "## Signals",
         _signals(monitor),
         "## Variants",
@@ -159,6 +157,7 @@ def _decisions(monitor: Monitor) -> str:
     listed: list[Any] = []
     rows = []
     origins: list[str] = []
+    before: tuple[str, ...] = ("", "", "", "")
     for variant in monitor.variants.values():
         for each in variant.decisions:
             if each in listed:
@@ -172,7 +171,13 @@ def _decisions(monitor: Monitor) -> str:
             which = f" (not {names(lacking)})" if len(lacking) < len(sharing) else f" ({names(sharing)})"
             which = which if lacking else ""
             origin = str(origins.index(each.source) + 1)
-            rows.append((each.name + which, each.distance, each.rule_in_words, alarms, origin))
+            cells = (each.distance, each.rule_in_words, alarms, origin)
+            shown = [
+                "as above" if rows and cell == last and len(cell.split()) > 3 else cell
+                for cell, last in zip(cells, before, strict=True)
+            ]
+            rows.append((each.name + which, *shown))
+            before = cells
     header = ("decision", "statistic", "stopping rule", "false alarms", "from")
     numbered = "\n".join(f"{number}. {_linked(origin)}" for number, origin in enumerate(origins, 1))
     return (

@@ -21,10 +21,6 @@ STUDY_PAGES = Path(__file__).resolve().parent.parent / "docs" / "reference" / "s
 Claim = Mapping[str, Any]  # Entry of claims.json
 
 IRREPRODUCIBLE = "does not come out"
-CAUSES = (
-    "A claim of a paper does not come out where its figure contradicts the paper's own equations, or rests on numbers "
-    "or data that it does not print. Every other claim below is a shortfall of tierod."
-)
 COUNTED = re.compile(
     r"^(\d+) claims: (\d+) hold, (\d+) do not, (\d+) of the source do not come out, (\d+) not measured", re.MULTILINE
 )
@@ -65,7 +61,7 @@ def page(name: str, claims: Iterable[Claim]) -> str:
             [_sentence(each), *_figures(each), cause, f"`{each['id']}`"]
             for each, cause in zip(missed, causes, strict=True)
         ]
-        parts += ["## What does not hold", *([CAUSES] if odd else []), table(header, rows), *shared]
+        parts += ["## What does not hold", table(header, rows), *shared]
     groups = STUDIES[name].groups
     for group in [*groups, *dict.fromkeys(_group(each) for each in judged if _group(each) not in groups)]:
         rows = [
