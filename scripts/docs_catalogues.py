@@ -17,7 +17,7 @@ from tierod.cli import main
 from tierod.core.signals import SIGNALS
 from tierod.core.statuses import SEVERITY
 from tierod.diagnosis.trouble_codes import load_trouble_codes
-from tierod.vehicles import QUANTITIES, load, shipped
+from tierod.vehicles import QUANTITIES
 from tierod_lab.papers.condition.rules.parameters import RESIDUALS
 
 
@@ -26,7 +26,6 @@ def pages() -> dict[str, Callable[[], str]]:
     return {
         "reference/signals.md": signals,
         "reference/parameters.md": parameters,
-        "reference/vehicles.md": vehicles,
         "reference/residuals.md": residuals,
         "reference/trouble-codes.md": trouble_codes,
         "reference/faults.md": faults,
@@ -103,23 +102,6 @@ def parameters() -> str:
         "the plausible range. "
         "[Each monitor's page](monitors/index.md) lists the parameters that it needs and can use.",
         table(("parameter", "unit", "meaning"), rows),
-    )
-
-
-def vehicles() -> str:
-    """Page of the shipped vehicles."""
-    rows = []
-    for name in shipped():
-        vehicle = load(name)
-        assumed = sum(each.assumed for each in vehicle.parameters.values())
-        kept = f"{len(vehicle.parameters)}, {assumed} assumed"
-        rows.append(
-            (f"`{name}`", vehicle.description, kept, "N·m" if vehicle.calibrated else "counts", vehicle.monitor)
-        )
-    return page(
-        "Shipped vehicles",
-        "`tierod vehicles NAME` prints one with the source of every value, and what it is good and not good for.",
-        table(("vehicle", "what it is", "parameters", "torques in", "monitor"), rows),
     )
 
 

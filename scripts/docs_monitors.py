@@ -17,7 +17,7 @@ from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.monitors.harness.session import Monitor
 from tierod.monitors.needs import Reading, readings
 from tierod.monitors.registry import MONITORS
-from tierod.vehicles import QUANTITIES, shipped
+from tierod.vehicles import QUANTITIES, load, shipped
 
 EXPLANATION = {name: f"../../explanation/{name}.md" for name in MONITORS}
 """Page with the equations of each monitor, by its name."""
@@ -43,16 +43,18 @@ def index() -> str:
             if variants:
                 some = "" if len(variants) == len(readings(monitor)) else f" ({names(variants)})"
                 fitting.append(f"{monitor}{some}")
-        suited.append((f"`{vehicle}`", ", ".join(fitting)))
+        car = load(vehicle)
+        about = car.description.rstrip(".") + ("" if car.calibrated else "; torques in counts")
+        suited.append((f"`{vehicle}`", about, ", ".join(fitting)))
     return page(
         "Monitors",
         "`tierod diagnose RECORDING --monitor NAME` runs one of them. Without `--monitor` the vehicle file names it; "
         "else every monitor runs that recording and vehicle file allow. `tierod inspect RECORDING` lists these.",
         table(("monitor", "what it does", "default variant"), rows),
         "## Shipped vehicles",
-        "Monitors, or variants, that a [vehicle file](../vehicles.md) has all needed parameters for. `sideslip` and "
-        "`condition` also fit other cars than those that their papers describe; their pages say what is then left out.",
-        table(("vehicle", "monitors"), suited),
+        "`tierod vehicles NAME` prints one with the source of every value, and what it is good and not good for. The "
+        "last column names the monitors, or variants, that a vehicle file has all needed parameters for.",
+        table(("vehicle", "what it is", "monitors"), suited),
     )
 
 
