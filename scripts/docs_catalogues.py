@@ -107,17 +107,26 @@ def parameters() -> str:
 
 def residuals() -> str:
     """Page of the residuals of the condition monitor."""
-    rows = []
+    rows: list[tuple[str, ...]] = []
+    equations: list[str] = []
     for each in RESIDUALS.values():
+        row = (f"`{each.name}`", unit(each.unit), each.meaning, each.correction)
         equation = each.equation.removeprefix("Li, Frey, Gauterin, ")
-        rows.append((f"`{each.name}`", each.meaning, equation, unit(each.unit), each.correction))
+        found = ((place, _joined(before, row)) for place, before in enumerate(rows))
+        place, joined = next((pair for pair in found if pair[1]), (len(rows), None))
+        rows[place : place + 1] = [joined or row]
+        several = joined is not None and equations[place] != equation
+        equations[place : place + 1] = [f"{equations[place]}, {equation}" if several else equation]
     return page(
         "Residuals of the condition monitor",
         "A residual is an estimate less a measurement, or a target less an actual value. It is judged only where its "
         "signals are present and, for most, above walking speed; those of the single-track model below 6 m/s² of "
         "lateral acceleration; those of the requested torque where it does not jump. Equations are those of "
         "[the paper](../explanation/papers/condition.md).",
-        table(("name", "what", "equation", "unit", "corrected"), rows),
+        table(
+            ("name", "what", "equation", "unit", "corrected"),
+            ((row[0], row[2], equation, row[1], row[3]) for row, equation in zip(rows, equations, strict=True)),
+        ),
     )
 
 

@@ -38,15 +38,7 @@ def index() -> str:
         "`tierod COMMAND --help` explains all options of a command. With `--json` a command prints one JSON document "
         "to stdout; everything else goes to stderr.",
         table(("`tierod ...`", "what it does"), rows),
-        "## Options of every command",
-        table(
-            ("option", "meaning"),
-            (
-                ("`--help`, `-h`", "the arguments and options of a command"),
-                ("`--debug`", "the traceback of an error"),
-                ("`--version`", "the version; without a command"),
-            ),
-        ),
+        "Every command knows `--help` and `--debug`, which shows the traceback of an error.",
         "## Exit codes",
         table(("code", "meaning"), EXIT_CODES),
         "## Environment variables",
@@ -57,16 +49,11 @@ def index() -> str:
                     "`TIEROD_CC`",
                     "the C compiler, empty for none; `cc`, `gcc`, `clang` or the wheel `ziglang` otherwise",
                 ),
-                (
-                    "`TIEROD_CFLAGS`",
-                    "more options for the compiler, after ours: `-O1` compiles in a third of the time and runs up to "
-                    "a third slower, with the same numbers",
-                ),
+                ("`TIEROD_CFLAGS`", "more options for the compiler, after ours"),
                 ("`TIEROD_ENGINE`", "`auto`, `compiled` or `virtual machine`: how blocks run"),
                 (
                     "`TIEROD_GRAPHS`",
-                    "`known`, as on the command line: graphs that an earlier process traced are taken from the cache; "
-                    "`traced`: they are not",
+                    "`known`: graphs that an earlier process traced are used, as by commands; or `traced`",
                 ),
                 ("`TIEROD_CACHE`", "folder of compiled kernels; `~/.cache/tierod` where it is not set"),
                 ("`TIEROD_LARGEST`", "largest unpacked recording, such as `8GB`; 1.1 GB where it is not set"),

@@ -125,10 +125,8 @@ def _parameters(monitor: Monitor) -> str:
     by_use: dict[str, list[str]] = {}
     for name in order:
         by_use.setdefault(_use(uses[name], found), []).append(name)
-    return (
-        "Of the [vehicle file](../vehicle-file.md); [units and meaning](../parameters.md). An optional parameter has a "
-        "default or switches a part of the monitor on.\n\n"
-        + table(("use", "parameters"), [(use, names(group)) for use, group in by_use.items()])
+    return "[Units and meaning](../parameters.md).\n\n" + table(
+        ("use", "parameters"), [(use, names(group)) for use, group in by_use.items()]
     )
 
 
@@ -183,10 +181,8 @@ def _decisions(monitor: Monitor) -> str:
     header = ("decision", "statistic", "stopping rule", "false alarms", "from")
     numbered = "\n".join(f"{number}. {_linked(origin)}" for number, origin in enumerate(origins, 1))
     return (
-        "How each number becomes a statement, and how often it does so falsely, [designed and "
-        "demonstrated](../../explanation/stopping-rules.md): none in T means fewer than 3/T at 95 %.\n\n"
-        + table(header, rows)
-        + f"\n\nFrom:\n\n{numbered}"
+        "[Designed and demonstrated](../../explanation/stopping-rules.md#what-monitors-declare) false alarms; none in "
+        "T means fewer than 3/T at 95 %.\n\n" + table(header, rows) + f"\n\nFrom:\n\n{numbered}"
     )
 
 
