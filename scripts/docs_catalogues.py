@@ -50,11 +50,11 @@ def signals() -> str:
         rows: list[tuple[str, ...]] = []
         for each in members:
             low, high = each.plausible
-            range_ = "" if math.isinf(low) else f"{low:g} to {high:g}"
-            row = (f"`{each.name}`", unit(each.unit), each.meaning.rstrip("."), each.positive, range_)
+            range_ = unit(each.unit) if math.isinf(low) else f"{low:g} to {high:g} {unit(each.unit)}".removesuffix(" -")
+            row = (f"`{each.name}`", each.meaning.rstrip("."), each.positive, range_)
             joined = _joined(rows[-1], row) if rows else None
             rows[-1:] = [joined] if joined else [*rows[-1:], row]
-        parts += [f"## {group}", table(("signal", "unit", "meaning", "positive", "plausible"), rows)]
+        parts += [f"## {group}", table(("signal", "meaning", "positive", "plausible values, or unit"), rows)]
     return page(
         "Signals",
         "SI units and radians inside; degrees, km/h and rpm only in files, reports and on the command line. ISO 8855: "
@@ -65,13 +65,13 @@ def signals() -> str:
 
 
 def _joined(before: tuple[str, ...], row: tuple[str, ...]) -> tuple[str, ...] | None:
-    """One row of two whose meanings differ in one word alone: phases, axes, wheels."""
-    words, others = before[2].split(), row[2].split()
+    """One row (name, meaning, ...) of two whose meanings differ in one word alone: phases, axes, wheels."""
+    words, others = before[1].split(), row[1].split()
     differing = [place for place, pair in enumerate(zip(words, others, strict=False)) if pair[0] != pair[1]]
-    if len(words) != len(others) or len(differing) != 1 or (before[1], *before[3:]) != (row[1], *row[3:]):
+    if len(words) != len(others) or len(differing) != 1 or before[2:] != row[2:]:
         return None
     words[differing[0]] += f"/{others[differing[0]]}"
-    return f"{before[0]}, {row[0]}", row[1], " ".join(words), *row[3:]
+    return f"{before[0]}, {row[0]}", " ".join(words), *row[2:]
 
 
 def glossary() -> str:
@@ -93,7 +93,7 @@ def parameters() -> str:
     """Page of the parameters of a vehicle file."""
     rows: list[tuple[str, ...]] = []
     for each in QUANTITIES.values():
-        row = (f"`{each.name}`", unit(each.unit) + (" or count" if each.torque else ""), each.meaning)
+        row = (f"`{each.name}`", each.meaning, unit(each.unit) + (" or count" if each.torque else ""))
         joined = _joined(rows[-1], row) if rows else None
         rows[-1:] = [joined] if joined else [*rows[-1:], row]
     return page(
@@ -101,7 +101,7 @@ def parameters() -> str:
         "The names that a [vehicle file](vehicle-file.md) may hold. A value that no car has is an error, which states "
         "the plausible range. "
         "[Each monitor's page](monitors/index.md) lists the parameters that it needs and can use.",
-        table(("parameter", "unit", "meaning"), rows),
+        table(("parameter", "meaning", "unit"), rows),
     )
 
 
@@ -110,7 +110,7 @@ def residuals() -> str:
     rows: list[tuple[str, ...]] = []
     equations: list[str] = []
     for each in RESIDUALS.values():
-        row = (f"`{each.name}`", unit(each.unit), each.meaning, each.correction)
+        row = (f"`{each.name}`", each.meaning, unit(each.unit), each.correction)
         equation = each.equation.removeprefix("Li, Frey, Gauterin, ")
         found = ((place, _joined(before, row)) for place, before in enumerate(rows))
         place, joined = next((pair for pair in found if pair[1]), (len(rows), None))
@@ -125,7 +125,7 @@ def residuals() -> str:
         "[the paper](../explanation/papers/condition.md).",
         table(
             ("name", "what", "equation", "unit", "corrected"),
-            ((row[0], row[2], equation, row[1], row[3]) for row, equation in zip(rows, equations, strict=True)),
+            ((*row[:2], equation, *row[2:]) for row, equation in zip(rows, equations, strict=True)),
         ),
     )
 
