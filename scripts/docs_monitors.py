@@ -155,7 +155,7 @@ def _use(by_variant: Mapping[str, str], every: Collection[str]) -> str:
 
 def _decisions(monitor: Monitor) -> str:
     listed: list[Any] = []
-    rows = []
+    rows: list[tuple[str, ...]] = []
     origins: list[str] = []
     before: tuple[str, ...] = ("", "", "", "")
     for variant in monitor.variants.values():
