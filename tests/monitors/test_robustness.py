@@ -131,7 +131,16 @@ def test_limit_and_parameters_count_together():
     assert "rising_friction, torque_gain_deviation and motor_ratio" in finding.cause
 
 
-def test_a_change_per_standard_deviation_is_the_mean_of_both_sides():
-    base, sides = np.array([1.0, 2.0]), {2.0: np.array([3.0, np.nan]), -2.0: np.array([-3.0, 0.0])}
-    assert per_deviation(sides, base) == pytest.approx([1.5, 0.0])
-    assert per_deviation({}, base) == pytest.approx([0.0, 0.0])
+def test_a_change_per_standard_deviation_is_the_root_mean_square_of_both_sides():
+    base, sides = np.array([1.0, 2.0, 1.0]), {2.0: np.array([3.0, np.nan, 5.0]), -2.0: np.array([-3.0, 0.0, 5.0])}
+    assert per_deviation(sides, base) == pytest.approx([np.sqrt(2.5), 1.0, 2.0])
+    assert per_deviation({}, base) == pytest.approx([0.0, 0.0, 0.0])
+
+
+def test_a_lane_without_a_fault_doubts_one_whose_magnitude_has_another_unit_than_the_statistic():
+    fault = Verdict("condition", Status.FAULT, estimate=Estimate("offset of the yaw rate", 0.02, 0.002, "rad/s"))
+    healthy = Conclusion(Verdict("condition", Status.HEALTHY))
+    found = robust(
+        Conclusion(fault), Effects({("mass", 2.0): healthy}, None, {"mass": 1.5}, 1.0, "", None), CAR, True, False
+    )
+    assert assemble("Sensors", found.conclusion.verdict).status is Status.SUSPECT

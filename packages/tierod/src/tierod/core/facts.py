@@ -130,9 +130,9 @@ def defect(names: tuple[str, ...], cause: str, reason: str = "", withholds: bool
 
 
 def shortened(cause: str) -> str:
-    """First clause of a cause as a reason; empty where it is too long for a headline."""
+    """First clause of a cause as a reason; empty where it is too long for a headline, or begins a list."""
     clause = re.split(r"; |: | \(|, ", cause, maxsplit=1)[0]
-    return clause if len(clause.split()) <= LONGEST_REASON else ""
+    return clause if 3 <= len(clause.split()) <= LONGEST_REASON else ""
 
 
 class Weighed(NamedTuple):
@@ -182,7 +182,10 @@ def assemble(
     withheld = verdict.estimate is not None and any(each.withholds for each in causes)
     own = () if withheld or (lowering and verdict.status.quiet) else verdict.because
     cause = "; ".join(dict.fromkeys(each.cause for each in (*causes, *own) if each.cause))
+    # A doubt of its own that the monitor gives with a remedy outlives what lowers the verdict.
+    doubts = [each for each in verdict.because if each not in own and each.cause and not _idle(each.action)]
     beside = [each for each in dict.fromkeys((*verdict.facts, *new)) if each not in causes]
+    beside += [] if withheld else doubts
     actions = [each.action for each in causes]
     # What could limit a verdict but does not needs no remedy now.
     mere = [each for each in beside if each.allows is None and not each.explains]
@@ -246,8 +249,12 @@ def _brief(verdict: Verdict) -> str:
 def _joined(actions: Iterable[str]) -> str:
     """Remedies one after the other; that nothing is to be done is said only where there is no other."""
     every = [each for each in dict.fromkeys(actions) if each]
-    some = [each for each in every if each != "none" and not each.startswith("none;")]
+    some = [each for each in every if not _idle(each)]
     return "; ".join(some or every[:1])
+
+
+def _idle(action: str) -> bool:
+    return action in ("", "none") or action.startswith("none;")
 
 
 def _filled(finding: Finding, estimate: Estimate) -> Finding:

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from tierod.core.facts import GUESSES, Fact, Verdict, shortened
+from tierod.core.facts import GUESSES, Fact, Verdict
 from tierod.core.findings import Element, Estimate, ParameterEffect, Status
 from tierod.core.shown import in_words as value_in_words
 from tierod.core.shown import shown, written
@@ -57,7 +57,7 @@ def robust(conclusion: Conclusion, found: Effects | None, vehicle: Vehicle, may_
     verdict, included = conclusion.verdict, conclusion.parameter_variance
     rows = () if found is None else _rows(found, verdict.estimate, vehicle, included)
     if may_turn:
-        turn = _in_a_lane(conclusion, found, rows) if found is not None and rows else None
+        turn = _in_a_lane(conclusion, found) if found is not None else None
         turn = turn or _beyond_its_limit(verdict, rows, vehicle)
         turn = turn or hidden_fault(verdict, 0.0 if included is not None else _variance(rows), rows)
     else:
@@ -114,9 +114,10 @@ def _moves(found: Effects, estimate: Estimate) -> dict[str, float]:
     slopes: dict[str, list[float]] = {}
     for (name, side), lane in found.lanes.items():
         other = lane.verdict.estimate
-        if other is not None and math.isfinite(other.value):
+        alike = other is not None and (other.unit, other.quantity) == (base.unit, base.quantity)
+        if other is not None and alike and math.isfinite(other.value):
             slopes.setdefault(name, []).append((other.value - base.value) / side)
-    return {name: sum(each) / len(each) for name, each in slopes.items()}
+    return {name: math.copysign(math.hypot(*each) / math.sqrt(len(each)), sum(each)) for name, each in slopes.items()}
 
 
 def _widened(
@@ -143,7 +144,7 @@ def _widened(
     )
 
 
-def _in_a_lane(conclusion: Conclusion, found: Effects, rows: Sequence[ParameterEffect]) -> Turn | None:
+def _in_a_lane(conclusion: Conclusion, found: Effects) -> Turn | None:
     """Another verdict in a lane, the one of the most important parameter; None if the verdict is robust.
 
     An alarm turns if such a vehicle is healthy, or if other sensors or actuators are at fault for it. A healthy verdict
@@ -154,8 +155,7 @@ def _in_a_lane(conclusion: Conclusion, found: Effects, rows: Sequence[ParameterE
     own, faulty = conclusion.verdict.status, at_fault(conclusion.elements)
     if reference.verdict.status is not own or at_fault(reference.elements) != faulty:
         return None  # on the grid of the lanes the verdict is another one, which compares with nothing
-    ranked = {each.name: place for place, each in enumerate(rows)}
-    for (name, _), lane in sorted(found.lanes.items(), key=lambda each: ranked.get(each[0][0], len(ranked))):
+    for (name, _), lane in sorted(found.lanes.items(), key=lambda each: -found.sizes.get(each[0][0], 0.0)):
         other, estimate = lane.verdict.status, lane.verdict.estimate
         if own.alarm:
             turns = other.quiet or (bool(faulty) and faulty.isdisjoint(at_fault(lane.elements)))
@@ -279,7 +279,7 @@ def _scatter(estimate: Estimate | None) -> Fact:
     highest, limit = (value_in_words(each, estimate.unit) for each in (reached, _fault_from(estimate)))
     cause = f"the scatter of the estimate may hide a fault: its interval reaches {highest}, a fault begins at {limit}"
     action = "record again, for longer and with less noise"
-    return Fact(GUESSES, cause, shortened(cause), action, allows=Status.NOT_IDENTIFIABLE)
+    return Fact(GUESSES, cause, "scatter may hide a fault", action, allows=Status.NOT_IDENTIFIABLE)
 
 
 def spread_of(vehicle: Vehicle, name: str) -> str:

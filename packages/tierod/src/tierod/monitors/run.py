@@ -164,14 +164,15 @@ class Run:
         """
         if self._start is None:
             shared = shared if self.beginning is None else None
-            piece, self.beginning = joined(self.beginning, piece), None
+            # Another variant may begin with what this one refuses.
+            piece = self.beginning = joined(self.beginning, piece)
             seconds = piece.span[1] - piece.span[0]
             if seconds >= SETTLING and not self.is_open:
                 self._open(piece)
             if not self.is_open or seconds < self._listening + LEAST_STEPS / self.monitor.rate:
-                self.beginning = piece
                 return
         self._add(piece, shared)
+        self.beginning = None
 
     def settle(self) -> None:
         """Judge the beginning of a recording that has ended before it was long enough to decide on the grid."""

@@ -263,7 +263,8 @@ class _Refusing:
     def __exit__(self, _: object, error: BaseException | None, __: object) -> bool:
         if not isinstance(error, InputError | ParameterError):
             return False
-        reason = str(error) if self._piece is None else self._runner.instead(self._name, self._piece)
+        first = self._runner.runs[self._name].beginning if self._name in self._runner.runs else None
+        reason = str(error) if self._piece is None else self._runner.instead(self._name, first or self._piece)
         if reason:
             self._runner.refuse(self._name, " ".join(reason.split()))
         return True

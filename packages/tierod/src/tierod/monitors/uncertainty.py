@@ -293,15 +293,20 @@ class Lanes:
 
 
 def per_deviation(sides: Mapping[float, np.ndarray], base: np.ndarray) -> np.ndarray:
-    """Change of a result by one standard deviation of a parameter; 0 where a result or all lanes are missing.
+    """Size of the change of a result by one standard deviation of a parameter; 0 without results to compare.
+
+    It is the root mean square of the sides: a change of either side to the same direction must not cancel.
 
     Args:
         sides: result by the error of the parameter in standard deviations, (n,) each
         base: result for the unperturbed vehicle, (n,)
     """
-    slopes = [(each - base) / side for side, each in sides.items()]
-    mean = sum(slopes, np.zeros(np.shape(base))) / max(len(slopes), 1)
-    return np.nan_to_num(mean, nan=0.0, posinf=0.0, neginf=0.0)
+    squares, count = np.zeros(np.shape(base)), np.zeros(np.shape(base))
+    for side, each in sides.items():
+        slope = (each - base) / side
+        known = np.isfinite(slope)
+        squares, count = squares + np.where(known, slope, 0.0) ** 2, count + known
+    return np.sqrt(squares / np.maximum(count, 1.0))
 
 
 def _one_by_one(lanes: Mapping[Lane, Session], samples: Aligned) -> Iterator[tuple[Lane, Mapping[str, np.ndarray]]]:

@@ -92,6 +92,12 @@ CASES = {
             "angle",
         ),
         Fact(
+            "uncompared",
+            "the angle was missing whenever the motor turned fast enough to compare it",
+            "the angle was missing while the motor turned",
+            "record the angle throughout",
+        ),
+        Fact(
             "untwisted",
             "the angles of motor, steering wheel and pinion are not compared: without driver_torque the twist of the "
             "torsion bar between them is unknown",
@@ -263,6 +269,8 @@ def _judged(drive: Drive, vehicle: Vehicle) -> Verdict:
     if drive.known < LEAST_KNOWN:
         because = (CASES["slow"].filled(known=drive.known),)
         return Verdict(drive.monitor, Status.NOT_ENABLED, because, estimate, evidence=evidence)
+    if estimate is None:
+        return Verdict(drive.monitor, Status.NOT_ENABLED, (CASES["uncompared"],), evidence=evidence)
     voltages = "voltages" if drive.lost is None else "commanded voltages"
     differs = f"over {drive.known:.1f} s of turning it differs by {ESTIMATE} electrical from the angle that currents"
     details = (f"{differs} and {voltages} give",)

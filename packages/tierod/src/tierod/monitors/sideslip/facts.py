@@ -171,8 +171,9 @@ CASES = {
         ),
         Fact(
             "too short",
-            " s are needed; the car stood, rolled backwards, or speed or angle were missing (fastest {fastest:.1f} "
-            "m/s)",
+            f"it could be estimated for {{seconds:.1f}} s only, {LEAST_ENABLED:g} s are needed; the car stood, rolled "
+            "backwards, or speed or angle were missing (fastest {fastest:.1f} m/s)",
+            f"{{seconds:.1f}} of {LEAST_ENABLED:g} s needed",
             "record a drive, with speed and steering angle throughout",
         ),
         Fact(
