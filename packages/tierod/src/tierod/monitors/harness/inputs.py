@@ -289,10 +289,12 @@ class InputChecks:
         """Finding of a conclusion among the facts about its signals, and the conclusion that still holds then."""
         monitor, verdict = self.monitor, conclusion.verdict
         needed = {*monitor.required, *monitor.rests_on}
+        stuck = {each.name for each in self.stuck.spans()}
         lost = self.judged.lost(monitor.reaction, self.stuck.lasting())
         before = (
             *self.defects.found(self.quality.units),
-            *(each for each in others if needed.intersection(each.rests_on)),
+            # Of a stuck signal the monitor says itself from when on it was not used.
+            *(each for each in others if needed.intersection(each.rests_on) and not stuck.intersection(each.rests_on)),
             *self._contradictions(),
         )
         limiting = (*before, *((lost,) if lost else ()))
@@ -303,7 +305,9 @@ class InputChecks:
         if lost and self.judged.last is not None and finding.status is not weigh(verdict, before, needed).status:
             course = (*course, StatusChange(self.judged.last, finding.status))
         # A level that only guesses doubt may still be stored where the user knows better.
-        unchanged = all(each.name == GUESSES for each in weigh(verdict, limiting, needed).lowering)
+        weighed = weigh(verdict, limiting, needed)
+        doubts = (*weighed.lowering, *(each for each in weighed.causes if each.doubts))
+        unchanged = all(each.name == GUESSES for each in doubts)
         return finding, replace(
             conclusion,
             baseline=conclusion.baseline if unchanged else None,
