@@ -163,7 +163,7 @@ def test_signals_lost_right_after_a_step_leave_a_suspicion_and_are_reported():
     assert finding.status is Status.SUSPECT
     assert "signals were lost, before this was confirmed" in finding.cause
     assert finding.evidence["signals_present_share"] < 0.6
-    assert any("signals were missing, or had just come back, for 4" in warning for warning in finding.warnings)
+    assert any("signals were missing, or had just begun, for 4" in warning for warning in finding.warnings)
 
 
 def scaled(factor, *columns):

@@ -250,7 +250,7 @@ def _figures(run: FrictionRun) -> dict[str, Any]:
 def _closing_condition(figures: FrictionFigures) -> tuple[str, str]:
     """Conditions that kept the gate closed, largest share first, and the remedy for the first."""
     causes = [
-        (figures.seconds - figures.settled_seconds, "signals were missing or had just come back",
+        (figures.seconds - figures.settled_seconds, "signals were missing or had just begun",
          "look for gaps with 'tierod inspect'"),
         (figures.slow_seconds, "the vehicle stood or rolled slowly",
          "drive faster than walking pace, or judge a lock-to-lock test with the monitor hysteresis (variant hoist or "

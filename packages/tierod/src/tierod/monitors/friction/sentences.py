@@ -213,7 +213,7 @@ NOTES: Mapping[str, str] = {
     "0.6 N·m",
     "aligning": "the self-aligning torque is {aligning:.2f} times the value from the vehicle file: check that mass, "
     "trail and steering ratio belong to this car",
-    "absent": "signals were missing, or had just come back, for {absent:.0%} of the recording: the verdict covers only "
+    "absent": "signals were missing, or had just begun, for {absent:.0%} of the recording: the verdict covers only "
     "the rest",
     "one_sided": "{left:.0%} of the enabled time was spent in left turns: sensor offsets may bias the friction "
     "estimate",
