@@ -95,7 +95,7 @@ def test_a_fault_free_drive():
     states, finding, courses = concluded()
     assert {each.status for each in states.values()} == {Status.HEALTHY}
     assert finding.status is Status.HEALTHY
-    assert finding.headline == "Sensors and actuators: healthy, 10 of 10 judged, fault-free over 20 s"
+    assert finding.headline == "Sensors and actuators: healthy, all 10 judged fault-free over 20 s"
     assert finding.evidence == {"seconds": 20.0, "moving_seconds": 20.0, "sensors_and_actuators_judged": 10.0}
     assert finding.warnings == ()
     assert [change.status for change in courses[NOT_ISOLABLE]] == [Status.HEALTHY]
@@ -193,7 +193,7 @@ def test_a_missing_sensor_is_named():
     states, finding, _ = concluded(missing=(YAW,))
     assert (states[YAW].status, states[YAW].cause) == (Status.NOT_AVAILABLE, "the recording has no yaw rate")
     assert finding.status is Status.HEALTHY
-    assert "9 of 10" in finding.headline
+    assert "all 9 judged" in finding.headline
     assert finding.details == ("not judged: yaw rate (not in the recording)",)
 
 

@@ -82,7 +82,7 @@ def test_a_fault_free_drive_is_fault_free(fault_free):
     diagnosis, courses = run(fault_free)
     assert diagnosis.findings[0].status is Status.HEALTHY
     assert set(states(diagnosis).values()) == {Status.HEALTHY}
-    assert "10 of 10 judged, fault-free over 40 s" in said(diagnosis.findings[0])
+    assert "all 10 judged fault-free over 40 s" in said(diagnosis.findings[0])
     assert "this vehicle is not calibrated" in diagnosis.findings[0].warnings[0]
     assert all(courses[name.replace("_", "-")][-1].status is not Status.FAULT for name in (*OF_AUTOMATED, *ACTUATORS))
     assert not any(name.startswith("supplied_") for name in diagnosis.traces)

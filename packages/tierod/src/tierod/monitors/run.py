@@ -326,7 +326,7 @@ class Run:
         conclusion, may_turn = self.session.conclude(), self._baseline is None
         if self._uncertain is None:
             return exact(conclusion, self.vehicle, may_turn, self.monitor.learns), ()
-        effects = None if self._lanes is None else self._lanes.conclude()
+        effects = None if self._lanes is None else self._lanes.conclude(conclusion.verdict.estimate)
         found = robust(conclusion, effects, self._uncertain.vehicle, may_turn, self.monitor.learns)
         note = in_words(self._uncertain.vehicle, self._uncertain.of_class)
         remarks = {**found.conclusion.remarks, **({"parameters": f"{note}."} if note else {})}

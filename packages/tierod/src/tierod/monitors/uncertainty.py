@@ -19,6 +19,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from tierod.core.errors import TierodError
+from tierod.core.findings import Estimate
 from tierod.core.graph.lanes import FEWEST, SideBySide
 from tierod.core.graph.printer import LANES
 from tierod.core.graph.trace import Interface
@@ -268,15 +269,17 @@ class Lanes:
         self._compared += int(np.sum(np.isfinite(error) & np.isfinite(deviation)))
         self._within += int(np.sum(error <= 1.96 * deviation))
 
-    def conclude(self) -> Effects:
-        """What the lanes show over all pieces."""
+    def conclude(self, estimate: Estimate | None = None) -> Effects:
+        """What the lanes show over all pieces, beside the estimate for the unperturbed vehicle."""
         main = self._main
         found = np.sqrt(self._sums / max(self._known, 1)) / ((main.level if main else 0.0) or 1.0)
         own, sizes = float(found[-1]), dict(zip(self._names, found.tolist(), strict=False))
+        same = main is not None and estimate is not None and estimate.unit == main.unit
+        least = SMALLEST * min(own, estimate.standard_deviation if same and estimate else own)
         concluded: dict[Lane, Conclusion] = {}
         for lane, session in self._running.items():
             # Some conclusions take a tenth of a second: a lane without an effect on the result needs none.
-            if main is None or not sizes.get(lane[0], math.inf) < SMALLEST * own:
+            if main is None or not sizes.get(lane[0], math.inf) < least:
                 with suppress(*REFUSALS):
                     concluded[lane] = session.conclude()
         reference = concluded.pop(REFERENCE, None)

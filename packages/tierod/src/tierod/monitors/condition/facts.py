@@ -42,10 +42,10 @@ UNCALIBRATED = (
 _SHIFTED = "has shifted since the beginning of the drive, while"
 
 SENTENCES: dict[str, str | tuple[str, str, str]] = {
-    "healthy": ("", "{healthy} of {all} judged, fault-free over {seconds:.0f} s", "none"),
+    "healthy": ("", "all {healthy} judged fault-free over {seconds:.0f} s", "none"),
     "healthy in part": (
         "not judged: {open}",
-        "{healthy} of {all} judged, fault-free over {seconds:.0f} s",
+        "all {healthy} judged fault-free over {seconds:.0f} s",
         "none for the {healthy} that were judged; for each of the others see the cause named beside it",
     ),
     "hardly judged": (
