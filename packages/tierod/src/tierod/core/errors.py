@@ -75,7 +75,11 @@ class MissingPackage(TierodError):
 
 def lacks_memory(error: BaseException) -> bool:
     """Whether an error means that the memory was not enough, also for the code of a library."""
-    return isinstance(error, MemoryError) or (isinstance(error, ImportError) and "failed to map segment" in str(error))
+    # Python's own parser loses a part of a tree that it finds no memory for.
+    said = {ImportError: "failed to map segment", ValueError: "is required for AnnAssign"}
+    return isinstance(error, MemoryError) or any(
+        isinstance(error, kind) and words in str(error) for kind, words in said.items()
+    )
 
 
 def nearest(name: str, known: Iterable[str], count: int = 3) -> str:
