@@ -124,3 +124,12 @@ def test_findings_are_made_in_one_place():
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "Finding"
     }
     assert makers == {"core/facts.py"}
+
+
+def test_a_doubt_of_the_monitor_itself_outlives_what_lowers_its_verdict():
+    low = Fact("low", "{estimate} is only half of the nominal friction", action="check the gains")
+    late = defect(("yaw_rate",), "yaw_rate is late, by 0.2 s")
+    found = assemble("Friction", Verdict("friction", Status.HEALTHY, (low,), FRICTION), [late], {"yaw_rate"})
+    assert found.status is Status.SUSPECT
+    assert found.warnings == ("8.1 ± 0.7 N·m is only half of the nominal friction",)
+    assert "check the gains" in found.action

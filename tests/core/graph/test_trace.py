@@ -10,7 +10,6 @@ import pytest
 from tierod.core.block import Ring
 from tierod.core.errors import CompileError, TraceError
 from tierod.core.graph import jacobian, maths, scan, trace
-from tierod.core.graph.derivatives import tuning_in_use
 
 
 class One(NamedTuple):
@@ -102,24 +101,3 @@ def test_without_a_compiler_blocks_run_on_the_virtual_machine(monkeypatch):
 def _smooth(state, value):
     level = 0.5 * state[0] + 0.25 * value
     return (level,), One(level)
-
-
-@dataclass(frozen=True)
-class Compares:
-    """A block whose limit only decides, and whose other floats go into a state, or nowhere."""
-
-    limit: float = 1.0
-    gain: float = 0.5
-    unused: float = 3.0
-    nested: tuple[float, float] = (2.0, 4.0)
-    Sample = One
-
-    def init(self):
-        return (0.0,)
-
-    def step(self, state, sample):
-        return (self.gain * state[0] + self.nested[1],), One(maths.where(sample.value > self.limit, 1.0, 0.0))
-
-
-def test_the_tuning_in_use_is_what_decides_or_is_kept():
-    assert tuning_in_use(trace(Compares())) == ("limit", "gain", "nested.1")

@@ -62,7 +62,7 @@ def started_on_ice():
     return Recording({name: made[name] for name in MOTION})
 
 
-def accused(found):
+def at_fault(found):
     return [each.name for each in found.elements if each.status in (Status.FAULT, Status.SUSPECT)]
 
 
@@ -75,7 +75,7 @@ def test_wheels_that_spun_or_locked_are_stated_and_no_sensor_is_accused(slipped,
     part = Recording({name: slipped[name] for name in SETS[only]})
     found = diagnose(part, load("rav4"), "condition")
     assert found.findings[0].status is Status.HEALTHY
-    assert not accused(found)
+    assert not at_fault(found)
     (fact,) = facts(found)
     spun, skidded = fact.split(", ")
     assert spun.startswith("wheels of the front axle spun from 24.")
@@ -88,27 +88,27 @@ def test_wheels_that_spin_at_a_start_on_ice_accuse_no_sensor(started_on_ice, onl
     assert wheels[0] > 1.2 * wheels[1]
     part = Recording({name: started_on_ice[name] for name in SETS[only]})
     found = diagnose(part, load("rav4"), "condition")
-    assert not accused(found)
+    assert not at_fault(found)
     assert all("front axle spun" in each for each in facts(found))
     assert facts(found)
 
 
 def test_one_wheel_at_the_same_speed_is_a_fault_of_its_sensor(sound):
     found = diagnose(turned(sound, FRONT_WHEELS[:1], SPIN, 3.0), load("rav4"), "condition")
-    assert accused(found) == [FRONT_WHEELS[0]]
+    assert at_fault(found) == [FRONT_WHEELS[0]]
     assert not facts(found)
 
 
 @pytest.mark.parametrize(("sensor", "size"), [("yaw_rate", 0.1), ("wheel_speed_rear_left", 2.0)])
 def test_a_fault_that_begins_after_a_slip_is_named(slipped, sensor, size):
     found = diagnose(injected(slipped, [Injected(sensor, OFFSET, size, 30.0, 40.0).fault]), load("rav4"), "condition")
-    assert accused(found) == [sensor]
+    assert at_fault(found) == [sensor]
 
 
 def test_a_fault_that_lasts_through_a_slip_is_named(slipped):
     fault = Injected("wheel_speed_rear_left", OFFSET, 2.0, 15.0, 40.0).fault
     found = diagnose(injected(slipped, [fault]), load("rav4"), "condition")
-    assert accused(found) == ["wheel_speed_rear_left"]
+    assert at_fault(found) == ["wheel_speed_rear_left"]
 
 
 def test_two_wheel_sensors_that_stay_alike_and_wrong_are_no_endless_slip(sound):
@@ -133,12 +133,12 @@ def test_slips_do_not_depend_on_the_cut_into_pieces(slipped):
 def test_slip_in_hard_starts_and_stops_accuses_no_acceleration(driven_axle):
     """Slip of up to .36 of the driven axle under its drive, and of both axles under brakes."""
     part = with_slip(hard(110, driven_axle, 40.0), 0.3, driven_axle)
-    assert "longitudinal_acceleration" not in accused(diagnose(part, load("rav4"), "condition"))
+    assert "longitudinal_acceleration" not in at_fault(diagnose(part, load("rav4"), "condition"))
 
 
 def test_an_acceleration_that_is_wrong_in_hard_starts_and_stops_is_named():
     made = injected(hard(110, "front", 40.0), [Injected("longitudinal_acceleration", OFFSET, 2.5, 20.0, 40.0).fault])
-    assert accused(diagnose(made, load("rav4"), "condition")) == ["longitudinal_acceleration"]
+    assert at_fault(diagnose(made, load("rav4"), "condition")) == ["longitudinal_acceleration"]
 
 
 @pytest.mark.parametrize(
@@ -149,7 +149,7 @@ def test_a_brief_slip_of_an_axle_on_a_rough_road_is_no_fault_of_one_wheel(sound,
     chance = np.random.default_rng(5)
     rough = [replace(sound[each], values=sound[each].values + chance.normal(0.0, 0.12, 7000)) for each in ALL_WHEELS]
     found = diagnose(turned(sound.with_channels(rough), axle, (at, at + 0.45), factor), load("rav4"), "condition")
-    assert accused(found) == []
+    assert at_fault(found) == []
     doubtful = [each for each in found.elements if each.status is Status.NOT_TESTABLE]
     assert {each.name for each in doubtful} <= {*axle}
     assert all(f"slipped, or two readings were wrong, from {at:.0f}." in each.cause for each in doubtful)
@@ -162,7 +162,7 @@ def test_a_wheel_that_spins_alone_in_hard_acceleration_is_no_fault_of_its_sensor
     pushed = np.convolve(along.values > 2.7, np.ones(100), "same") > 99.0
     at = float(along.time[np.flatnonzero(pushed & (along.time > 8.0))[0]])
     found = diagnose(turned(made, FRONT_WHEELS[:1], (at, at + lasting), factor), load("rav4"), "condition")
-    assert accused(found) == ([FRONT_WHEELS[0]] if named else [])
+    assert at_fault(found) == ([FRONT_WHEELS[0]] if named else [])
     (wheel,) = (each for each in found.elements if each.name == FRONT_WHEELS[0])
     assert named or (wheel.status, wheel.cause.startswith("the wheel slipped alone")) == (Status.NOT_TESTABLE, True)
 

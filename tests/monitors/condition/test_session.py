@@ -38,7 +38,7 @@ def states(diagnosis):
     return {each.name: each.status for each in diagnosis.elements}
 
 
-def accused(diagnosis):
+def at_fault(diagnosis):
     return [each.name for each in diagnosis.elements if each.status in (Status.FAULT, Status.SUSPECT)]
 
 
@@ -90,7 +90,7 @@ def test_a_fault_free_drive_is_fault_free(fault_free):
 
 def test_a_fault_is_named_with_time_kind_size_substitute_and_code(faulty):
     diagnosis, courses = run(faulty)
-    assert accused(diagnosis) == ["yaw_rate"]
+    assert at_fault(diagnosis) == ["yaw_rate"]
     element = diagnosis.elements[OF_AUTOMATED.index("yaw_rate")]
     (episode,) = element.episodes
     assert episode.start == pytest.approx(15.0, abs=0.3)
@@ -138,7 +138,7 @@ def test_a_missing_sensor_is_not_available_and_no_fault_is_declared(fault_free, 
     diagnosis, _ = run(without(fault_free, name))
     found = states(diagnosis)
     assert found.pop(name) is Status.NOT_AVAILABLE
-    assert accused(diagnosis) == []
+    assert at_fault(diagnosis) == []
     assert Status.HEALTHY in found.values()
     assert f"no {name.replace('_', ' ')}" in diagnosis.elements[OF_AUTOMATED.index(name)].cause
 
@@ -146,7 +146,7 @@ def test_a_missing_sensor_is_not_available_and_no_fault_is_declared(fault_free, 
 @pytest.mark.parametrize("name", SENSORS)
 def test_a_sensor_that_falls_silent_is_not_available_from_then_on(fault_free, name):
     diagnosis, courses = run(changed(fault_free, (name,), lambda time, values: np.where(time < 25.0, values, np.nan)))
-    assert accused(diagnosis) == []
+    assert at_fault(diagnosis) == []
     element, finding = diagnosis.elements[OF_AUTOMATED.index(name)], diagnosis.findings[0]
     assert element.status is Status.NOT_AVAILABLE
     assert element.cause.startswith("no reading since 25.00 s")
@@ -156,7 +156,7 @@ def test_a_sensor_that_falls_silent_is_not_available_from_then_on(fault_free, na
 
 @pytest.mark.parametrize("name", ["longitudinal_acceleration", "lateral_acceleration"])
 def test_a_missing_acceleration_declares_no_fault(fault_free, name):
-    assert accused(run(without(fault_free, name))[0]) == []
+    assert at_fault(run(without(fault_free, name))[0]) == []
 
 
 @pytest.mark.parametrize("place", range(len(TARGETS)))
@@ -192,7 +192,7 @@ def test_all_sensors_lost_at_once_is_the_fault_of_none_of_them_and_not_fault_fre
         return np.where(time < 20.0, values, lost(values, np.searchsorted(time, 20.0)))
 
     diagnosis, courses = run(changed(fault_free, OF_AUTOMATED, change))
-    assert accused(diagnosis) == []
+    assert at_fault(diagnosis) == []
     found, finding = states(diagnosis), diagnosis.findings[0]
     assert {found[name] for name in OF_AUTOMATED} == {Status.NOT_AVAILABLE}
     assert {found[name] for name in ACTUATORS} == {Status.NOT_TESTABLE}
@@ -205,7 +205,7 @@ def test_all_sensors_lost_at_once_is_the_fault_of_none_of_them_and_not_fault_fre
 
 def test_targets_that_end_accuse_no_sensor(fault_free):
     diagnosis, _ = run(changed(fault_free, TARGETS, lambda time, values: np.where(time < 20.0, values, np.nan)))
-    assert accused(diagnosis) == []
+    assert at_fault(diagnosis) == []
     found = states(diagnosis)
     assert {found[name] for name in ACTUATORS} == {Status.NOT_AVAILABLE}
     assert {found[name] for name in OF_AUTOMATED} == {Status.NOT_TESTABLE}
@@ -218,7 +218,7 @@ def test_after_all_sensors_were_gone_it_begins_anew(fault_free, value):
         fault_free, OF_AUTOMATED, lambda time, values: np.where((time > 20.0) & (time < 23.0), value, values)
     )
     diagnosis, courses = run(lost)
-    assert accused(diagnosis) == []
+    assert at_fault(diagnosis) == []
     assert diagnosis.findings[0].evidence["interruptions"] == 1.0
     assert courses["yaw-rate"][-1].status in (Status.HEALTHY, Status.NOT_TESTABLE)
     gap = diagnosis.traces["state_of_yaw_rate"]
@@ -261,7 +261,7 @@ def test_at_standstill_nothing_is_testable(odd):
     ],
 )
 def test_odd_driving_and_logging_declare_no_fault(odd, name):
-    assert accused(run(odd[name])[0]) == []
+    assert at_fault(run(odd[name])[0]) == []
 
 
 def test_while_tyres_slide_nothing_is_reported_and_the_drive_says_so(odd, fault_free):

@@ -145,7 +145,11 @@ class Weighed(NamedTuple):
 
 def weigh(verdict: Verdict, facts: Sequence[Fact] = (), needed: Collection[str] | None = None) -> Weighed:
     """Status that some facts leave of a verdict; see `assemble`."""
-    verdict, facts = _distinct(verdict, facts)
+    return _weighed(*_distinct(verdict, facts), needed)
+
+
+def _weighed(verdict: Verdict, facts: Sequence[Fact], needed: Collection[str] | None) -> Weighed:
+    """The same of facts without a second doubt about a signal."""
     status, causes, lowering = verdict.status, [], []
     counting = [each for each in (*verdict.facts, *facts) if _counts(each, needed)]
     hidden = [each for each in counting if each.withholds and each.allows] if verdict.estimate is not None else []
@@ -173,8 +177,8 @@ def assemble(
         facts: facts found outside the monitor; they limit after its own, and are named before them
         needed: signals that the verdict rests on; None lets every fact limit it
     """
-    status, counted, lowering = weigh(verdict, facts, needed)
     verdict, facts = _distinct(verdict, facts)
+    status, counted, lowering = _weighed(verdict, facts, needed)
     said = "; ".join(each.cause for each in (*verdict.because, *verdict.facts))
     new = [each for each in facts if each in lowering or not _told(each, said, verdict.because)]
     others = list(dict.fromkeys((*new, *verdict.facts)))
@@ -265,4 +269,5 @@ def _filled(finding: Finding, estimate: Estimate) -> Finding:
         headline=finding.headline.replace(ESTIMATE, value),
         cause=finding.cause.replace(ESTIMATE, value),
         details=tuple(each.replace(ESTIMATE, value) for each in finding.details),
+        warnings=tuple(each.replace(ESTIMATE, value) for each in finding.warnings),
     )

@@ -56,7 +56,7 @@ def diagnose(
         memory: path of a fault memory, which takes the recording as one operation cycle; created if it does not exist
         signals: path of a file (.parquet, .csv or .mf4) for the inputs and estimates of the monitor over time, at the
             rate of its grid, substitutes of sensors included
-        spread: whether the spread of the vehicle's parameters is carried into bands and verdict, which takes up to four
+        spread: whether the spread of the vehicle's parameters is carried into bands and verdict, which takes up to six
             times the computing time
         fault_free: whether the vehicle is known to have been fault-free in the recording: a baseline is then learnt
             from it though guesses in the vehicle file forbid a verdict

@@ -44,7 +44,7 @@ def analyse(vehicle: Vehicle | str | Path = "smartload", without: Collection[str
     views = {known: isolability(vehicle_structure(vehicle, without)), view: isolability(poorer)}
     gains = gain_of_sensors(poorer, further_sensors(poorer), at_once=2)
     items: list[Item] = [
-        Heading("Which faults can be told apart"),
+        Heading("Which faults can be distinguished"),
         _table(views),
         _picture(views[view], view),
         Heading("Which sensor would help"),

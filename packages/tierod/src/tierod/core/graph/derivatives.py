@@ -7,7 +7,6 @@ from typing import Any
 
 from tierod.core.block import Scalar, T, Tree, leaves, rebuild, values_of
 from tierod.core.graph.maths import is_symbol
-from tierod.core.graph.trace import Graph
 
 
 def jacobian(function: Callable[[T], Tree], at: T) -> list[list[Scalar]]:
@@ -53,13 +52,6 @@ def dependence(function: Callable[[T], Tree], shape: T) -> list[list[bool]]:
     pattern = casadi.Function("f", [symbols], [casadi.SX(casadi.vertcat(*images))]).jac_sparsity(0, 0)
     rows, columns = pattern.shape
     return [[pattern.has_nz(i, j) for j in range(columns)] for i in range(rows)]
-
-
-def tuning_in_use(graph: Graph) -> tuple[str, ...]:
-    """Names of the tuning values that the next state or the output of a graph depends on, in order."""
-    patterns = [graph.function.jac_sparsity(group, 0) for group in range(graph.function.n_out())]
-    columns = {column for pattern in patterns for column in pattern.get_triplet()[1]}
-    return tuple(name for place, name in enumerate(graph.tuning) if place in columns)
 
 
 def _entry(matrix: Any, row: int, column: int) -> Any:

@@ -136,7 +136,7 @@ def verdict_of_drive(found: Found) -> Verdict:
         brief = shortened(first.cause)
         # The name of a signal alone says nothing.
         named = f"{wrong} of {listed(first.elements) if len(first.elements) == 1 else 'a signal'}"
-        reason = brief if 3 <= len(brief.split()) <= LONGEST else named
+        reason = brief if 0 < len(brief.split()) <= LONGEST else named
         return _stated(found, Status.NOT_TESTABLE, Fact("wiring", first.cause, reason, first.action))
     if found.of(Status.FAULT, Status.SUSPECT):
         return _faulty(found)

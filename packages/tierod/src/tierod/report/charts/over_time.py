@@ -296,8 +296,8 @@ def strips(
         edges = (-INTERVAL, INTERVAL) if each.startswith("normalised_innovation") else ()
         shapes += [across(edge, GREY, 1, yref=place) for edge in edges]
         shapes += [across(limit.level * factor, RED, 1.2, yref=place) for limit in above.get(each, ())]
-        told = alarm_from(tuple(limit.level * factor for limit in above.get(each, ())), _lower(above.get(each, ())))
-        notes.append(strip_title(", ".join(filter(None, (bracketed(words(each), label), told))), domain[1]))
+        alarms = alarm_from(tuple(limit.level * factor for limit in above.get(each, ())), _lower(above.get(each, ())))
+        notes.append(strip_title(", ".join(filter(None, (bracketed(words(each), label), alarms))), domain[1]))
         rows.append(summary(words(each), trace, factor, label))
     axes["xaxis"] = axis(f"time [{clock}]", range=[per_second * first, per_second * last], anchor=place)
     name, title, caption, alternative = look
