@@ -244,7 +244,7 @@ def verdict_marks(
 
 
 def _caption(strip: str | None, levels: bool) -> str:
-    parts = ["Line: estimate. Light shading: 95 % interval from the estimator's own variance."]
+    parts = ["Line: estimate. Light shading: 95 % interval."]
     if levels:
         parts.append("Dashed: its reference levels.")
     if strip:
