@@ -69,9 +69,9 @@ def test_three_digits_beyond_eleven_bits_are_another_message():
 def test_broken_lines_are_counted_and_left_out():
     good = [f"({number}.5) can0 123#0{number}" for number in range(1, 6)]
     bad = ["", "garbage", "(7.5) can0 123#0G", "(8.5) can0 123#012", "(x.5) can0 123#01", "(9.5) can0 1"]
-    frames = read_frames("\n".join([*good, *bad]).encode())
+    frames = read_frames("\n".join([*good, *bad, "  can0  123   [1]  07"]).encode())
     assert frames.payload[:, 0].tolist() == [1, 2, 3, 4, 5]
-    assert frames.notes == ("5 of 10 lines of the log are broken and were left out",)
+    assert frames.notes == ("6 of 11 lines of the log are broken and were left out",)
 
 
 def test_remote_and_error_frames_are_no_damage():

@@ -35,7 +35,7 @@ def frames_of(blocks: Iterable[bytes]) -> Iterator[Frames]:
     names: dict[bytes, int] = {}
     first: tuple[float, float] | None = None
     frames: Frames | None = None
-    lines = good = 0
+    lines, good, untimed = 0, 0, False
     for block in _as_logged(blocks):
         rows = _LINE.findall(block)
         lines, good = lines + sum(map(bool, block.splitlines())), good + len(rows)
@@ -43,6 +43,7 @@ def frames_of(blocks: Iterable[bytes]) -> Iterator[Frames]:
         errors = {name for name in {row[3] for row in rows} if len(name) == 8 and int(name, 16) & _ERROR_FRAME}
         rows = [row for row in rows if row[4][:1] != b"R" and row[3] not in errors]
         if not rows:
+            untimed = untimed or _PRINTED.search(block) is not None
             continue
         # By columns, and whatever repeats by a table of its few values: Python's time per frame decides here.
         seconds, fraction, bus, identifier, data = ([row[k] for row in rows] for k in range(5))
@@ -68,9 +69,8 @@ def frames_of(blocks: Iterable[bytes]) -> Iterator[Frames]:
         )
         yield frames
     if frames is None:
-        raise InputError(
-            "the log holds no CAN frame as `candump -L` writes it, (seconds) interface id#data; record it so"
-        )
+        why = "no time stamps" if untimed else "no CAN frame as `candump -L` writes it, (seconds) interface id#data"
+        raise InputError(f"the log holds {why}; record it with `candump -L`")
     if lines > good:
         yield only_notes(frames, (f"{lines - good} of {lines} lines of the log are broken and were left out",))
 
@@ -80,21 +80,21 @@ def _as_logged(blocks: Iterable[bytes]) -> Iterator[bytes]:
     deltas: bool | None = None
     now = 0.0
     for block in blocks:
-        printed = _PRINTED.findall(block) if b"[" in block else []
+        printed = [row[0] for row in _PRINTED.findall(block) if row[0]] if b"[" in block else []
         if not printed:
             yield block
             continue
-        if not all(row[0] for row in printed):
-            raise InputError("the log of `candump` holds no time stamps; record it with `candump -L` or `candump -ta`")
-        stamps = np.array([float(row[0]) for row in printed])
+        stamps = np.array(list(map(float, printed)))
         if deltas is None:
             deltas = stamps[0] < 1.0 and len(stamps) > 1 and bool(np.mean(np.diff(stamps[1:]) <= 0.0) > _DELTAS)
         if deltas:
             stamps = now + np.cumsum(stamps)
             now = float(stamps[-1])
-        times = iter([b"%.6f" % each for each in stamps] if deltas else [row[0] for row in printed])
+        times = iter([b"%.6f" % each for each in stamps] if deltas else printed)
 
         def line(found: re.Match[bytes], times: Iterator[bytes] = times) -> bytes:
+            if not found[1]:
+                return found[0]
             data = b"R" if found[6] else b"".join(found[5].split())
             return b"(%s) %s %s#%s" % (next(times), found[2], found[3], data)
 
