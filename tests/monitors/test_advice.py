@@ -16,7 +16,7 @@ from tierod.core.statuses import Status
 from tierod.io.writers import write
 from tierod.monitors.diagnose import diagnose
 from tierod.monitors.harness.baseline import Baseline
-from tierod.vehicles import Parameter, Vehicle, load
+from tierod.vehicles import Vehicle, load
 from tierod_lab.ground import drive
 from tierod_lab.ground.scenarios import load as load_scenario
 
@@ -100,22 +100,6 @@ def test_a_baseline_decides_a_verdict_that_rests_on_a_guessed_limit(
     assert found.status in (Status.RISING, Status.FAULT)
 
 
-def test_without_the_users_word_no_doubtful_level_is_stored(fault_free, tmp_path):
-    kept = diagnose(scaled(fault_free), "midsize-eps", "friction", baseline=tmp_path / "car.json")
-    assert not (tmp_path / "car.json").exists()
-    assert "--fault-free" in kept.remarks["baseline"]
-
-
-def test_a_level_far_above_the_limit_is_not_stored_on_any_word(risen, tmp_path):
-    kept = diagnose(scaled(risen), "midsize-eps", "friction", baseline=tmp_path / "car.json", fault_free=True)
-    assert kept.findings[0].status in (Status.RISING, Status.FAULT)
-    assert not (tmp_path / "car.json").exists()
-
-
-def test_a_word_without_a_file_is_refused(tmp_path):
-    assert main(["diagnose", str(tmp_path / "none.parquet"), "--vehicle", "midsize-eps", "--fault-free"]) == 3
-
-
 def test_measuring_what_friction_names_decides(fault_free):
     car = guessed("motor_ratio", 4.0)
     found = diagnose(fault_free, car, "friction")
@@ -123,32 +107,6 @@ def test_measuring_what_friction_names_decides(fault_free):
     assert "or measure motor_ratio first" in found.findings[0].action
     after = diagnose(fault_free, measured(car, found.findings[0].action), "friction")
     assert after.findings[0].status is Status.HEALTHY
-
-
-def test_a_longer_recording_gives_a_verdict(fault_free):
-    short = diagnose(fault_free.slice(0.0, 60.0), "midsize-eps", "friction").findings[0]
-    assert short.status in (Status.NOT_READY, Status.NOT_ENABLED)
-    assert "record longer" in short.action
-    assert diagnose(fault_free, "midsize-eps", "friction").findings[0].status is Status.HEALTHY
-
-
-def calibrated(car: Vehicle, action: str, deviation: float = 0.01) -> Vehicle:
-    """The car after the parameter that an action tells to enter was found by a calibration."""
-    (name,) = re.findall(r"calibrate driver_torque and motor_torque, and enter (\w+) in the vehicle file", action)
-    known = Parameter(name, deviation, "", None, "calibration")
-    return dataclasses.replace(car, parameters={**car.parameters, name: known})
-
-
-@pytest.mark.parametrize(("right", "status"), [(True, Status.RISING), (False, Status.HEALTHY)])
-def test_calibrating_the_torques_decides_an_alarm_within_the_spread_of_their_gain(fault_free, risen, right, status):
-    """Friction of 5.6 N·m by torques that are right, or of 4 N·m by torques that read 1.4 times too much."""
-    recording = scaled(risen, 5.6 / 6.5) if right else scaled(fault_free)
-    doubted = diagnose(recording, "midsize-eps", "friction").findings[0]
-    assert doubted.status is Status.SUSPECT
-    car = calibrated(load("midsize-eps"), doubted.action)
-    after = diagnose(recording if right else fault_free, car, "friction").findings[0]
-    assert after.status is status
-    assert "enter torque_gain_deviation" not in after.action
 
 
 def test_a_baseline_tells_whether_rising_friction_above_the_fault_limit_is_a_fault(risen):

@@ -12,7 +12,6 @@ from tierod.io.readers import read
 from tierod.io.writers import write
 from tierod.monitors.diagnose import judge
 from tierod.monitors.inspection import inspect
-from tierod.monitors.runner import Runner
 from tierod.report.display import without_advice
 from tierod.vehicles import load
 from tierod.vehicles.classes import typical
@@ -85,24 +84,6 @@ def test_it_says_what_an_inspection_says_where_signals_are_absent(folder, part):
     assert judged.diagnoses.keys() == ran.get(part, judged.diagnoses.keys())
 
 
-def test_a_moving_car_is_no_lock_to_lock_test(folder):
-    reasons = dict(judge(folder / "drive.parquet", CAR, spread=False).not_run)
-    assert reasons["hysteresis"].startswith("the vehicle moves at up to")
-
-
-def test_another_variant_runs_where_the_default_cannot(folder):
-    whole = read(folder / "wire.parquet")
-    slow = {
-        name: replace(each, time=each.time[::step], values=each.values[::step])
-        for name, each in whole.channels.items()
-        if (step := round(len(each.time) / (8.0 * 25.0))) > 0
-    }
-    path = folder / "slow.parquet"
-    write(replace(whole, channels=slow), path)
-    judged = agree(path, load("steer-by-wire"))
-    assert judged.diagnoses["sideslip"].findings[0].monitor != "sideslip, combined"
-
-
 def test_without_a_look_the_recording_is_judged_all_the_same(folder, tmp_path):
     from tierod.io.conversion import convert
 
@@ -115,12 +96,3 @@ def test_without_a_look_the_recording_is_judged_all_the_same(folder, tmp_path):
     writer.join()
     assert {"friction", "sideslip", "condition"} <= judged.diagnoses.keys()
     assert "the vehicle moves" in dict(judged.not_run)["hysteresis"]
-
-
-def test_what_breaks_off_is_said_of_all_that_were_at_work(folder):
-    runner = Runner(CAR, spread=False)
-    runner.add(read(folder / "drive.parquet"))
-    runner.refuse_all("the file is torn")
-    assert dict(runner.concluded()) == {}
-    assert runner.refused["friction"] == runner.refused["hysteresis"] == "the file is torn"
-    assert "motor_current_alpha" in runner.refused["motor-angle"]

@@ -8,11 +8,9 @@ import pytest
 from driven import drive, lock_to_lock
 from exact_vehicle import diagnose
 from said import said
-from tierod.core.errors import InputError, ParameterError
+from tierod.core.errors import InputError
 from tierod.core.findings import Status
 from tierod.monitors import diagnose as running
-from tierod.monitors.harness.baseline import Baseline, load_baseline
-from tierod.monitors.hysteresis.facts import INCREASE, IncreaseLimits
 from tierod.monitors.registry import MONITORS
 from tierod.vehicles import Parameter, load
 
@@ -46,58 +44,9 @@ def test_on_the_hoist_it_is_held_against_nominal():
     assert finding.estimate.standard_deviation > 0.0
 
 
-def test_on_the_ground_nothing_can_be_said_without_the_unfaulted_loop():
-    finding = diagnose(lock_to_lock(4.0, hoist=False), "midsize-eps", "hysteresis", "ground").findings[0]
-    assert finding.status is Status.NOT_TESTABLE
-    assert "scrub" in finding.cause
-    assert "--baseline" in finding.action
-
-
 def test_a_drive_is_no_lock_to_lock_test():
     with pytest.raises(InputError, match="vehicle moves"):
         diagnose(drive(minutes=2.0), "midsize-eps", "hysteresis", "hoist")
-
-
-def test_the_support_must_be_chosen():
-    with pytest.raises(ParameterError, match="no default variant.*'hoist'.*'ground'"):
-        diagnose(lock_to_lock(4.0, hoist=False), "midsize-eps", "hysteresis")
-
-
-def test_a_test_on_the_ground_called_one_on_the_hoist_is_reported():
-    finding = diagnose(lock_to_lock(4.0, hoist=False), "midsize-eps", "hysteresis", "hoist").findings[0]
-    assert [warning for warning in finding.warnings if "looks like a test on the ground" in warning]
-
-
-def test_without_a_noticeable_friction_nothing_is_suspected():
-    car = load("midsize-eps")
-    bare = dataclasses.replace(car, parameters={k: v for k, v in car.parameters.items() if k != "noticeable_friction"})
-    assert diagnose(lock_to_lock(4.0, hoist=False), bare, "hysteresis", "hoist").findings[0].warnings == ()
-
-
-def test_the_limits_of_an_own_loop_lie_as_far_above_it_as_those_of_the_vehicle():
-    own = Baseline("midsize-eps", "hysteresis, ground", 28.8, 0.1, "N*m", 60.0)
-    finding = diagnose(
-        lock_to_lock(4.0, hoist=False), "midsize-eps", "hysteresis", "ground", baseline=own, spread=False
-    ).findings[0]
-    assert finding.estimate.reference == {
-        "unfaulted": 28.8,
-        "rising": pytest.approx(29.6),
-        "fault": pytest.approx(32.3),
-    }
-    assert "-0.00" not in said(finding)
-
-
-def test_what_may_be_chance_is_suspect_and_no_fault():
-    limits = IncreaseLimits(4.0, 4.8, 7.5)
-    assert limits.status(0.7, 0.01, INCREASE.rule) is Status.HEALTHY
-    assert limits.status(1.5, 0.4, INCREASE.rule) is Status.RISING
-    assert limits.status(1.5, 0.6, INCREASE.rule) is Status.SUSPECT
-    assert limits.status(4.0, 0.6, INCREASE.rule) is Status.FAULT
-    # against a nominal friction of 4.0 ± 0.5 N·m, one more N·m is no proof
-    finding = diagnose(lock_to_lock(5.0, hoist=True), "midsize-eps", "hysteresis", "hoist").findings[0]
-    assert finding.status is Status.SUSPECT
-    assert "--baseline" in finding.action
-    assert finding.evidence["increase_standard_deviation_Nm"] > 0.5
 
 
 def scattered(recording, name="steering_wheel_angle", noise=0.0, jitter=0.0, seed=7):
@@ -125,17 +74,6 @@ def test_noise_and_jitter_of_the_angle_hide_no_worn_rack(disturbed, friction, st
     assert ("as of time stamps" in warning) == ("jitter" in disturbed)
 
 
-@pytest.mark.parametrize("rate", [20.0, 33.0])
-def test_an_angle_that_comes_seldom_has_no_wrong_scale(rate):
-    test = lock_to_lock(4.0, hoist=True, seed=35)
-    angle = test["steering_wheel_angle"]
-    time = np.arange(0.0, angle.time[-1], 1.0 / rate)
-    slow = dataclasses.replace(angle, time=time, values=np.interp(time, angle.time, angle.values))
-    finding = on_hoist(test.with_channels([slow]))
-    assert finding.status is Status.HEALTHY
-    assert finding.warnings == ()
-
-
 @pytest.mark.parametrize("disturbed", [{"noise": 0.3}, {"jitter": 0.3}])
 @pytest.mark.parametrize("friction", [4.0, 8.5])
 def test_an_angle_that_shows_no_reversals_is_not_judged_and_named(disturbed, friction):
@@ -143,24 +81,6 @@ def test_an_angle_that_shows_no_reversals_is_not_judged_and_named(disturbed, fri
     assert finding.status is Status.NOT_IDENTIFIABLE
     assert finding.cause.count("the readings of steering_wheel_angle scatter by") == 1
     assert "check the sensor, the time stamps" in finding.action
-
-
-@pytest.mark.parametrize(("name", "noise"), [("driver_torque", 3.0), ("motor_torque", 0.1)])
-def test_noise_of_a_torque_is_part_of_the_deviation_and_no_gain(name, noise):
-    quiet = on_hoist(lock_to_lock(4.0, hoist=True, seed=33))
-    loud = on_hoist(scattered(lock_to_lock(4.0, hoist=True, seed=33), name, noise))
-    assert quiet.status is loud.status is Status.HEALTHY
-    assert loud.estimate.standard_deviation > quiet.estimate.standard_deviation
-    assert loud.evidence[f"{name}_noise_Nm"] == pytest.approx(noise, rel=0.1)
-    assert [each for each in loud.warnings if f"the readings of {name} scatter by" in each]
-    assert not any("wrong gain" in each for each in loud.warnings)
-
-
-def test_noise_that_may_hide_a_fault_leaves_no_verdict():
-    finding = on_hoist(scattered(lock_to_lock(4.0, hoist=True, seed=34), "motor_torque", 4.0))
-    assert finding.status in (Status.NOT_IDENTIFIABLE, Status.SUSPECT)
-    assert "motor_torque" in finding.cause + finding.headline
-    assert "N·m may hide a fault" in finding.cause
 
 
 def torques(recording, driver=1.0, motor=1.0):
@@ -182,16 +102,6 @@ def test_a_gain_of_one_torque_is_named_and_learnt_by_no_baseline(tmp_path, suppo
     assert any("driver_torque or motor_torque has a wrong gain" in each for each in (finding.cause, *finding.warnings))
     assert finding.status is (Status.SUSPECT if hoist else Status.NOT_TESTABLE)
     assert not level.exists()
-
-
-@pytest.mark.parametrize("friction", [2.5, 9.0])
-@pytest.mark.parametrize("hoist", [True, False])
-def test_friction_is_no_gain(friction, hoist):
-    support = "hoist" if hoist else "ground"
-    finding = diagnose(
-        lock_to_lock(friction, hoist, seed=4), "midsize-eps", "hysteresis", support, spread=False
-    ).findings[0]
-    assert not any("gain" in warning for warning in finding.warnings)
 
 
 GAIN = "torque_gain_deviation"
@@ -233,49 +143,6 @@ def test_what_may_hide_a_fault_leaves_no_verdict_and_is_named(deviations, names,
     assert finding.estimate.value + 1.96 * finding.estimate.standard_deviation > 7.5
 
 
-@pytest.mark.parametrize("deviations", [{"column_damping": 1.2}, {GAIN: 0.3}])
-def test_what_cannot_hide_a_fault_leaves_it_healthy(deviations):
-    finding = uncertain(lock_to_lock(4.0, hoist=True, seed=1), spread_of(**deviations)).findings[0]
-    assert finding.status is Status.HEALTHY
-    assert finding.estimate.value + 2.0 * finding.estimate.standard_deviation < 7.5
-
-
-@pytest.mark.parametrize("deviations", [{"column_damping": 4.0}, {GAIN: 0.6}])
-def test_measuring_or_a_baseline_decides_what_a_guess_hid(tmp_path, deviations):
-    car, level, own = spread_of(**deviations), tmp_path / "car.json", lock_to_lock(4.0, hoist=True, seed=1)
-    measured = uncertain(own, spread_of(**dict.fromkeys(deviations, 0.05))).findings[0]
-    assert measured.status is Status.HEALTHY
-    refused = uncertain(own, car, baseline=level)
-    assert not level.exists()
-    assert "add --fault-free" in refused.remarks["baseline"]
-    uncertain(own, car, baseline=level, fault_free=True)
-    assert load_baseline(level).deviation < 0.3
-    for friction, status in ((4.0, Status.HEALTHY), (8.5, Status.FAULT)):
-        again = uncertain(lock_to_lock(friction, hoist=True, seed=2), car, baseline=level).findings[0]
-        assert again.status is status
-        assert "cancelled in the baseline" in said(again)
-
-
-@pytest.mark.parametrize("gain", [0.86, 1.0, 1.14])
-def test_the_interval_holds_the_truth_for_a_gain_within_the_assumption(gain):
-    test = torques(lock_to_lock(4.0, hoist=True, seed=1), driver=gain, motor=gain)
-    finding = on_hoist(test)
-    assert abs(finding.estimate.value - 4.0) < 1.96 * finding.estimate.standard_deviation
-    assert "torque gains ± 8 % included" in finding.details
-    assert finding.estimate.assumed == {GAIN: pytest.approx(0.08 * finding.estimate.value)}
-
-
-def test_a_vehicle_file_that_states_less_narrows_the_interval():
-    test = lock_to_lock(4.0, hoist=True, seed=1)
-    sizes = []
-    for gain in (0.08, 0.03, 0.0):
-        finding = diagnose(test, spread_of(**{GAIN: gain}), "hysteresis", "hoist").findings[0]
-        assert finding.estimate.given[GAIN] == pytest.approx(gain * finding.estimate.value)
-        assert f"torque gains ± {100 * gain:g} % included" in said(finding)
-        sizes.append(finding.estimate.standard_deviation)
-    assert sizes == sorted(sizes, reverse=True)
-
-
 def test_the_users_word_makes_a_baseline_of_a_car_that_only_a_guessed_nominal_friction_suspects(tmp_path):
     level, own = tmp_path / "car.json", lock_to_lock(5.0, hoist=True, seed=1)
     doubted = uncertain(own, baseline=level)
@@ -289,8 +156,3 @@ def test_the_users_word_makes_a_baseline_of_a_car_that_only_a_guessed_nominal_fr
         again = uncertain(lock_to_lock(friction, hoist=True, seed=2), baseline=level).findings[0]
         assert again.status is status
         assert "±" in again.details[0].split("against")[0]  # the increase has its own deviation
-
-
-def test_no_word_makes_a_baseline_of_a_fault(tmp_path):
-    uncertain(lock_to_lock(9.0, hoist=True, seed=1), baseline=tmp_path / "car.json", fault_free=True)
-    assert not (tmp_path / "car.json").exists()

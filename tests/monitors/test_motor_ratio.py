@@ -1,12 +1,9 @@
 """The ratio of the motor's torque by ordinary drives: found where assist shares the load, kept where it cannot be."""
 
-import dataclasses
-
-import numpy as np
 import pytest
 
 from tierod.core.recording import Channel, Recording
-from tierod.monitors.own_car import MODEL_ERROR, DriveRatio, _judged, identify_own_car, ratio_of_drives
+from tierod.monitors.own_car import identify_own_car, ratio_of_drives
 from tierod_lab.papers.own_car.cars import drawn
 from tierod_lab.papers.own_car.judging import driven, without_truth
 
@@ -21,12 +18,6 @@ def car():
 @pytest.fixture(scope="module")
 def drive(car):
     return without_truth(driven(car, 7.0, SEED))
-
-
-def test_a_drive_shows_the_ratio_whatever_the_file_says(car, drive):
-    found = ratio_of_drives({"a": drive}, car.brochure)
-    assert found.value == pytest.approx(car.true["motor_ratio"], rel=MODEL_ERROR)
-    assert found.deviation >= MODEL_ERROR * found.value
 
 
 def test_a_gain_of_the_motor_torque_moves_the_ratio_by_as_much(car, drive):
@@ -51,24 +42,3 @@ def test_it_goes_into_what_is_written_beside_the_motion(car, drive):
     assert own.deviation < 0.75 * before.standard_deviation
     true = car.true["motor_ratio"]
     assert abs(own.value - true) <= max(abs(before.value - true), 0.05 * true)
-
-
-def test_file_and_drives_are_weighed_and_contradictions_said(car):
-    before = car.brochure.parameters["motor_ratio"]
-    spread = before.standard_deviation
-    both = _judged(car.brochure, DriveRatio(before.value + spread, 2.0 * spread, 0.02))
-    assert both.kind == "not seen"
-    both = _judged(car.brochure, DriveRatio(before.value + spread, 0.5 * spread, 0.02))
-    assert both.value == pytest.approx(before.value + 0.8 * spread)
-    assert both.deviation == pytest.approx(spread * np.sqrt(0.2))
-    far = _judged(car.brochure, DriveRatio(before.value + 9.0 * spread, 0.5 * spread, 0.02))
-    assert (far.kind, far.value) == ("not seen", before.value)
-    assert "σ from the file" in far.text
-
-
-def test_a_ratio_that_is_known_exactly_is_left_alone(car, drive, monkeypatch):
-    monkeypatch.setattr("tierod.monitors.own_car.ratio_of_drives", lambda *given: pytest.fail("looked for it"))
-    exact = dataclasses.replace(car.brochure.parameters["motor_ratio"], standard_deviation=0.0)
-    known = dataclasses.replace(car.brochure, parameters={**car.brochure.parameters, "motor_ratio": exact})
-    short = drive.slice(stop=45.0)
-    assert all(each.name != "motor_ratio" for each in identify_own_car({"a": short}, known).judged)

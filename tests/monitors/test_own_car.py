@@ -4,10 +4,8 @@ import dataclasses
 
 import pytest
 
-from driven import drive
-from tierod.core.recording import Recording
 from tierod.methods.identification.vehicle_judgement import LEARNT, NOT_SEEN
-from tierod.monitors.own_car import NAME, DriveRatio, _defects_of_torques, _judged
+from tierod.monitors.own_car import NAME, DriveRatio, _judged
 from tierod.vehicles import load
 
 PLAIN = load("midsize-eps")
@@ -33,17 +31,3 @@ def test_a_contradiction_beyond_four_deviations_of_both_leaves_the_file(value, k
     if kept:
         assert (found.value, found.deviation) == (20.0, 1.0)
         assert f"{5.0 / 1.25**0.5:.1f} σ from the file" in found.text
-
-
-def test_drives_that_narrow_little_identify_nothing():
-    assert _judged(FILE, DriveRatio(20.0, 1.1, 0.02)).kind == NOT_SEEN
-    assert _judged(FILE, None).kind == NOT_SEEN
-
-
-def test_a_late_torque_keeps_the_ratio_from_being_identified():
-    recording = drive(minutes=4.0, seed=11)
-    torque = recording["driver_torque"]
-    late = dataclasses.replace(torque, time=torque.time + 0.2)
-    assert _defects_of_torques({"drive": recording}) == []
-    (sentence,) = _defects_of_torques({"drive": Recording({**recording.channels, "driver_torque": late})})
-    assert sentence.startswith("drive: driver_torque is late relative to motor_torque, by 0.")

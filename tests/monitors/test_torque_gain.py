@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
-import re
 
 import pytest
 
@@ -14,10 +12,8 @@ from tierod.core.recording import Recording
 from tierod.core.statuses import Status
 from tierod.monitors.diagnose import diagnose
 from tierod.monitors.harness.baseline import Baseline
-from tierod.report import to_json
 from tierod.vehicles import Parameter, Vehicle, load
 from tierod_lab.ground import drive, lock_to_lock
-from tierod_lab.ground.scenarios import load as load_scenario
 
 TRUE = 4.0
 
@@ -48,36 +44,6 @@ def test_the_interval_holds_the_truth_for_a_gain_within_the_assumption(fault_fre
     assert found.estimate is not None
     assert abs(found.estimate.value - TRUE) < 1.96 * found.estimate.standard_deviation
     assert "torque gains ± 8 % included" in found.details
-
-
-def test_a_vehicle_file_that_states_less_narrows_the_interval(fault_free):
-    assumed, known, exact = (judged(fault_free, calibrated(each)) for each in (0.08, 0.03, 0.0))
-    assert "torque gains ± 3 % included" in known.details
-    sizes = [each.estimate.standard_deviation for each in (assumed, known, exact)]
-    assert sizes == sorted(sizes, reverse=True)
-    for each, share in ((assumed, 0.08), (known, 0.03)):
-        assert each.evidence["deviation_by_torque_gains_Nm"] == pytest.approx(share * each.estimate.value)
-
-
-def test_what_the_vehicle_file_states_is_not_called_assumed(fault_free):
-    """A file that states the same number as the assumption differs from it in words alone."""
-    assumed, given = judged(fault_free), judged(fault_free, calibrated(0.08))
-    part = {"torque_gain_deviation": assumed.evidence["deviation_by_torque_gains_Nm"]}
-    assert (assumed.estimate.assumed, assumed.estimate.given) == (part, {})
-    assert (given.estimate.assumed, given.estimate.given) == ({}, part)
-    assert (assumed.headline, assumed.details) == (given.headline, given.details)
-    assert any("includes 8 % of it (assumed)" in each for each in assumed.warnings)
-    assert any("(torque_gain_deviation of the vehicle file)" in each for each in given.warnings)
-
-
-def test_who_has_given_the_deviation_of_the_gain_is_not_advised_to_enter_it(fault_free):
-    recording = scaled(fault_free, 1.4)
-    assumed, given = judged(recording), judged(recording, calibrated(0.08))
-    assert assumed.status is given.status is Status.SUSPECT
-    advice = "calibrate driver_torque and motor_torque, and enter torque_gain_deviation in the vehicle file"
-    assert advice in assumed.action
-    assert "enter torque_gain_deviation" not in given.action
-    assert given.action
 
 
 def with_limit_deviations(**deviations: float) -> Vehicle:
@@ -137,28 +103,6 @@ def test_a_loop_far_narrower_than_expected_is_not_as_expected(against):
     assert ("--baseline" in low.action) == (own is None)
     assert usual.cause == "the loop is as wide as expected"
     assert usual.action == "none"
-
-
-def test_the_document_and_the_course_hold_the_same_deviation(fault_free):
-    diagnosis = diagnose(fault_free, "midsize-eps", "friction")
-    (finding,) = json.loads(to_json(diagnosis))["findings"]
-    whole = finding["estimate"]["standard_deviation"]
-    assert finding["estimate"]["assumed"]["torque_gain_deviation"] < whole
-    course = diagnosis.traces["friction_torque_standard_deviation"].mean
-    assert course[-1] == pytest.approx(whole, rel=0.15)
-
-
-def test_the_torque_of_the_hands_holds_the_gain_too():
-    recording = dataclasses.replace(load_scenario("hands-off"), faults=()).with_run(None, 72).run().recording
-    found = diagnose(recording, "midsize-eps", "driver-torque").findings[0]
-    exact = diagnose(recording, calibrated(0.0), "driver-torque").findings[0]
-    said = "; ".join(found.details)
-    assert "torque gain ± 8 % included" in said
-    largest, known_to = map(float, re.search(r"up to (\S+) ± (\S+) N·m", said).groups())
-    assert known_to >= 0.08 * largest - 0.01
-    assert found.estimate.standard_deviation > exact.estimate.standard_deviation
-    assert found.estimate.assumed.keys() == exact.estimate.given.keys() == {"torque_gain_deviation"}
-    assert found.estimate.given == exact.estimate.assumed == {}
 
 
 def test_a_gain_that_may_hide_a_fault_leaves_no_verdict(fault_free):

@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 
 from shared_data import shared_data
-from tierod.core.recording import Channel, Recording
+from tierod.core.recording import Recording
 from tierod.core.statuses import Status
 from tierod.io.readers import read
 from tierod.monitors import uncertainty
 from tierod.monitors.diagnose import diagnose
 from tierod.monitors.harness.session import opened
-from tierod.monitors.run import Run
 from tierod.monitors.runner import find
 from tierod.monitors.uncertainty import Uncertain
 from tierod.vehicles import Vehicle, load
@@ -67,20 +66,6 @@ def test_the_file_of_the_car_is_consistent_with_its_reference(slow_turns):
     assert finding.evidence["truth_within_wider_band_share"] > 0.95
 
 
-def test_without_spread_a_run_is_the_same_to_the_last_bit():
-    healthy = drive(minutes=3.0, seed=3)
-    vehicle = load("midsize-eps")
-    exact = guessed(vehicle, **{name: (each.value, 0.0) for name, each in vehicle.parameters.items()})
-    with_spread, judged = diagnose(healthy, exact, "friction"), diagnose(healthy, vehicle, "friction")
-    run = Run(*find("friction"), exact)
-    run.add(healthy)
-    plain = run.finish()
-    assert with_spread.findings[0].evidence == plain.findings[0].evidence
-    for name in plain.traces:
-        assert np.array_equal(with_spread.traces[name].mean, plain.traces[name].mean, equal_nan=True), name
-    assert np.array_equal(judged.traces["nis"].mean, plain.traces["nis"].mean, equal_nan=True)
-
-
 @pytest.mark.usefixtures("kernels_in_a_moment")
 def test_lanes_in_one_kernel_show_what_each_shows_alone_to_the_last_bit(monkeypatch):
     monkeypatch.setattr(uncertainty, "AT_ONCE", 1)
@@ -93,66 +78,6 @@ def test_lanes_in_one_kernel_show_what_each_shows_alone_to_the_last_bit(monkeypa
     assert alone.parameter_effects == abreast.parameter_effects != ()
     for name, trace in alone.traces.items():
         np.testing.assert_array_equal(trace.upper, abreast.traces[name].upper, err_msg=name)
-
-
-def test_a_monitor_that_reads_a_deviation_itself_has_it_in_its_band_once():
-    vehicle = load("midsize-eps")
-    assert "column_damping" not in Uncertain(*find("hysteresis", "hoist"), vehicle, None).names
-    bare = guessed(vehicle, column_damping=(0.8, None))
-    assert "column_damping" in Uncertain(*find("hysteresis", "hoist"), bare, None).of_class
-
-
-@pytest.mark.parametrize(("deviation", "status"), [(0.0, Status.RISING), (1.2, Status.SUSPECT)])
-def test_friction_above_a_guessed_limit_is_suspect_though_every_other_parameter_is_exact(deviation, status):
-    vehicle = load("midsize-eps")
-    exact = {name: (each.value, 0.0) for name, each in vehicle.parameters.items()}
-    car = guessed(vehicle, **exact | {"rising_friction": (4.8, deviation)})
-    found = diagnose(drive(minutes=6.0, friction=6.5, seed=3), car, "friction").findings[0]
-    assert found.status is status
-    assert ("rising_friction decides" in found.headline) is (status is Status.SUSPECT)
-
-
-def test_limits_of_a_calibration_hold_the_spread():
-    vehicle = load("midsize-eps")
-    calibrated = dataclasses.replace(vehicle, thresholds={"friction": {}})
-    assert "mass" in Uncertain(*find("friction"), vehicle, None).names
-    assert Uncertain(*find("friction"), calibrated, None).names == ()
-
-
-def rolling(distance: float, seed: int) -> Recording:
-    """A car that rolls without slip at walking pace: its sideslip is distance times yaw rate over speed."""
-    random = np.random.default_rng(seed)
-    time = np.arange(0.0, 25.0, 0.01)
-    speed = np.full(len(time), 3.0)
-    angle = 0.35 * np.sin(0.6 * time)
-    yaw_rate = speed * np.tan(angle) / 2.7
-    slip = np.arctan(distance * yaw_rate / speed)
-    noise = {"yaw_rate": 0.003, "vehicle_speed": 0.02, "road_wheel_angle": 0.002}
-    signals = {"vehicle_speed": (speed, "m/s"), "yaw_rate": (yaw_rate, "rad/s"), "road_wheel_angle": (angle, "rad")}
-    channels = {
-        name: Channel(name, time, values + random.normal(0.0, noise[name], len(time)), unit)
-        for name, (values, unit) in signals.items()
-    }
-    return Recording({**channels, "truth_sideslip_angle": Channel("truth_sideslip_angle", time, slip, "rad")})
-
-
-def coverage(count: int, seed: int, spread: float) -> tuple[float, float]:
-    """Share of the truths in the wider and in the estimator's own band, over cars drawn from the spread."""
-    random = np.random.default_rng(seed)
-    wider, own = [], []
-    for drawn in range(count):
-        distance = float(np.clip(random.normal(1.2, spread), 0.3, 2.4))
-        car = guessed(load("revsted-car"), rear_distance=(1.2, spread), front_distance=(1.5, spread))
-        evidence = diagnose(rolling(distance, seed + drawn), car, "sideslip").findings[0].evidence
-        wider.append(evidence["truth_within_wider_band_share"])
-        own.append(evidence["truth_within_band_share"])
-    return float(np.mean(wider)), float(np.mean(own))
-
-
-def test_the_band_holds_the_sideslip_of_cars_drawn_from_the_spread():
-    wider, own = coverage(count=12, seed=161, spread=0.2)
-    assert wider > 0.85
-    assert own < 0.75
 
 
 @pytest.mark.parametrize(

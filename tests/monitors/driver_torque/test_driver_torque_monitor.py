@@ -82,56 +82,12 @@ def test_at_a_hundred_readings_per_second_it_runs_on_their_grid(drive):
     assert finding.evidence["error_against_truth_rms_Nm"] < 0.2
 
 
-def test_without_the_motor_it_still_shows(bench):
-    alone = Recording({n: bench[n] for n in ("steering_wheel_angle", "driver_torque", "truth_hand_torque")})
-    finding, _ = judged(alone)
-    assert finding.status.quiet
-    assert finding.evidence["ready_s"] > 55.0
-    assert "motor_ratio_in_recording" not in finding.evidence
-
-
 @pytest.mark.parametrize("name", ["steering_wheel_angle", "driver_torque", "motor_angle_mechanical"])
 def test_a_wrong_sign_is_named(bench, name):
     finding, diagnosis = judged(changed(bench, **{name: -1.0}))
     assert finding.status is Status.NOT_TESTABLE
     assert finding.cause.startswith(f"{name} has the wrong sign")
     assert "hand_torque" not in diagnosis.traces
-
-
-def test_the_motor_torque_that_was_asked_for_is_named_as_such(bench):
-    finding, _ = judged(changed(bench, motor_target_torque=-1.0))
-    assert finding.status is Status.NOT_TESTABLE
-    assert finding.cause.startswith("motor_target_torque has the wrong sign")
-
-
-def test_where_the_wheel_moves_too_little_to_name_a_sign_one_is_suspected(drive):
-    finding, _ = judged(changed(drive, steering_wheel_angle=-1.0), load("midsize-eps"))
-    assert finding.status is Status.INCONSISTENT
-    assert "the wrong sign" in finding.cause
-
-
-def test_shares_are_of_the_same_time(drive):
-    finding, _ = judged(drive, load("midsize-eps"))
-    share = finding.evidence["hands_on_s"] / finding.evidence["ready_s"]
-    assert finding.evidence["hands_uncertain_s"] > 2.0
-    assert f"on the wheel {share:.0%}, " in finding.headline
-
-
-@pytest.mark.parametrize(
-    ("name", "factor"), [("steering_wheel_inertia", 1.4), ("torsion_bar_stiffness", 0.6), ("motor_ratio", 1.1)]
-)
-def test_a_parameter_that_does_not_fit_is_named(bench, name, factor):
-    finding, _ = judged(bench, with_parameter(name, factor))
-    assert finding.status is Status.INCONSISTENT
-    assert name in finding.cause
-
-
-def test_the_inertia_of_the_motor_is_doubted_without_withholding_the_hands(bench):
-    finding, _ = judged(bench, with_parameter("motor_inertia", 10.0))
-    assert finding.status.quiet
-    assert any("motor_inertia" in warning for warning in finding.warnings)
-    assert finding.evidence["error_against_truth_rms_Nm"] < 0.1
-    assert not any("motor_inertia" in warning for warning in judged(bench)[0].warnings)
 
 
 def shifted(recording, **offsets):
@@ -183,20 +139,6 @@ def test_a_late_signal_is_named_with_its_lag(bench, name):
     assert "stiffness" not in finding.cause
 
 
-def test_with_a_lag_the_torque_is_held_against_the_truth_of_its_time(bench):
-    default, fixed_lag = (judged(bench, variant=name) for name in ("interacting", "fixed-lag"))
-    errors = [finding.evidence["error_against_truth_rms_Nm"] for finding, _ in (default, fixed_lag)]
-    assert errors[1] < 0.6 * errors[0]
-    assert "20 ms after it acted" in fixed_lag[1].remarks["estimate"]
-
-
-def test_figures_text_and_chart_show_the_same_nis(bench):
-    _, diagnosis = judged(bench)
-    assert np.nanmean(diagnosis.traces["nis"].mean) == pytest.approx(diagnosis.consistency["nis_mean"], rel=0.02)
-    assert "per measurement" in diagnosis.remarks["consistency"]
-    assert "nis_band_low" not in diagnosis.consistency
-
-
 def slower(recording, step):
     return Recording(
         {n: replace(c, time=c.time[::step], values=c.values[::step]) for n, c in recording.channels.items()},
@@ -212,45 +154,3 @@ def test_a_gear_that_is_too_fast_for_the_rate_is_left_out(bench, variant):
     assert "too fast for 50 samples per second" in diagnosis.remarks["estimate"]
     with pytest.raises(ParameterError, match="take a variant that leaves it out"):
         judged(slower(bench, 20), variant="full")
-
-
-def test_a_file_with_a_stiff_gear_needs_no_inertia_of_the_column(bench):
-    names = [name for name in BENCH.parameters if name != "gear_stiffness"]
-    finding, _ = judged(bench, replace(BENCH, parameters={name: BENCH.parameters[name] for name in names}))
-    assert finding.status.quiet
-    assert finding.evidence["error_against_truth_rms_Nm"] < 0.06
-
-
-def test_a_wheel_that_stands_still_shows_nothing():
-    draw, time = np.random.default_rng(1), np.arange(20_000) * 1e-3
-    whole = run(ColumnBench(), BenchHands(time=1.0), sensors=SensorSet.bench()).recording
-    still = {
-        name: replace(whole[name], time=time, values=size * draw.standard_normal(len(time)))
-        for name, size in (("steering_wheel_angle", 1e-4), ("driver_torque", 0.01), ("motor_angle_mechanical", 1e-3))
-    }
-    finding, _ = judged(Recording(still))
-    assert finding.status is Status.NOT_ENABLED
-    assert "stood still" in finding.cause
-
-
-def test_a_locked_wheel_has_no_hands():
-    finding, _ = judged(scenario("column-bench-locked-sweep").run().recording)
-    assert finding.status is Status.NOT_ENABLED
-    assert "the wheel was locked" in finding.cause
-
-
-def test_a_short_recording_is_not_judged(bench):
-    finding, _ = judged(bench.slice(0.0, 3.0))
-    assert finding.status is Status.NOT_ENABLED
-
-
-def test_long_stretches_without_hands_are_listed(bench):
-    finding, _ = judged(bench)
-    listed = [name for name in finding.evidence if name.startswith("hands_off_") and name.endswith("_for_s")]
-    assert listed
-    assert all(finding.evidence[name] > 5.0 for name in listed)
-
-
-def test_torques_in_counts_are_refused(bench):
-    with pytest.raises(ParameterError, match="raw counts"):
-        judged(bench, replace(BENCH, torque_unit="count"))

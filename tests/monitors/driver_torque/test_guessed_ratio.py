@@ -2,11 +2,9 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from exact_vehicle import diagnose
-from tierod.core.recording import Recording
 from tierod.core.statuses import Status
 from tierod.monitors import diagnose as with_spread
 from tierod.vehicles import load
@@ -44,25 +42,6 @@ def test_a_ratio_within_the_deviation_of_the_file_is_taken_from_the_angles(drive
     assert not any("motor_ratio" in each for each in exact.warnings)
     for name in ("error_against_truth_rms_Nm", "hand_torque_rms_Nm"):
         assert finding.evidence[name] == pytest.approx(exact.evidence[name], rel=0.05)
-
-
-@pytest.mark.parametrize(("value", "deviation"), [(21.0, 0.0), (21.0, None), (12.0, 1.0)])
-def test_a_ratio_beyond_the_deviation_of_the_file_is_still_a_contradiction(drive, value, deviation):
-    finding = judged(drive, guessed(value, deviation))
-    assert finding.status is Status.INCONSISTENT
-    assert f"motor_ratio is {value:g}, but the ratio of the angles is {RATIO:.4g}" in finding.cause
-
-
-def test_without_a_ratio_the_angle_of_the_motor_is_not_used(drive):
-    start = drive["motor_angle_mechanical"]
-    still = replace(start, values=np.where(start.time < 61.0, np.nan, start.values))
-    channels = {**drive.channels, "motor_angle_mechanical": still}
-    finding = judged(Recording(channels, drive.metadata), guessed(24.0, 2.5))
-    assert finding.status.quiet
-    assert any("motor_angle_mechanical is not used: motor_ratio is 24 ± 2.5" in each for each in finding.warnings)
-    del channels["motor_angle_mechanical"]
-    bare = judged(Recording(channels, drive.metadata), guessed(24.0, 2.5))
-    assert finding.evidence["hand_torque_rms_Nm"] == pytest.approx(bare.evidence["hand_torque_rms_Nm"])
 
 
 def test_the_spread_of_a_ratio_that_was_seen_moves_nothing(drive):

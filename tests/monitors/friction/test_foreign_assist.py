@@ -73,15 +73,6 @@ def test_an_assist_in_steps_of_speed_is_no_defect_and_hides_no_fault(fault_free,
     )
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(511, 519))
-def test_eight_drives_with_an_assist_in_steps_are_judged_rightly(seed):
-    steps = STEPS[seed % len(STEPS)]
-    assert judged(with_steps(drive(minutes=8.0, friction=4.0, seed=seed), *steps)).status is Status.HEALTHY
-    worn = judged(with_steps(drive(minutes=8.0, friction=12.5, seed=seed + 50), *steps))
-    assert worn.status is Status.FAULT
-
-
 @pytest.mark.parametrize(("linear", "quadratic", "half"), [(0.3, 30.0, 8.0), (0.7, 3.4, 8.7), (8.7, 2.0, 8.1)])
 def test_the_assist_map_of_another_car_accuses_no_torque(fault_free, linear, quadratic, half):
     values = {"assist_linear_gain": linear, "assist_quadratic_gain": quadratic, "assist_half_speed": half}
@@ -92,11 +83,3 @@ def test_the_assist_map_of_another_car_accuses_no_torque(fault_free, linear, qua
     assert "times the right gain" not in said
     if found.status is not Status.HEALTHY:
         assert "the assist map of the vehicle file contradict each other" in said
-
-
-def test_one_torque_with_a_wrong_gain_is_named_beside_the_map(fault_free):
-    channel = fault_free["motor_torque"]
-    found = judged(fault_free.with_channels([dataclasses.replace(channel, values=0.5 * channel.values)]))
-    assert found.status is Status.SUSPECT
-    assert found.cause.startswith("motor_torque has 0.")
-    assert "or the map is that of another car" in found.cause

@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 
 from monitors.friction.study_drives import Case, signals
-from tierod.core.errors import InputError
 from tierod.core.findings import Status
 from tierod.core.graph import scan
 from tierod.core.statement import STATUSES
 from tierod.monitors.friction.definition import FrictionMonitor
-from tierod.monitors.friction.verdict import FrictionVerdict
 from tierod.vehicles import load
 
 VEHICLE = load("midsize-eps")
@@ -56,34 +54,6 @@ def test_a_step_to_5_5_is_rising_within_25_s_enabled(seed):
     assert "learnt in this recording" in finding.cause
 
 
-@pytest.mark.parametrize(
-    ("seed", "scatter"),
-    [*(pytest.param(each, "usual", marks=pytest.mark.slow) for each in (30_001, 30_002)), (30_003, "hard")],
-)
-def test_healthy_cars_of_all_sorts_stay_healthy(seed, scatter):
-    result = scan(MONITOR, signals(Case(seed, scatter=scatter)))
-    assert set(statuses(result)) == {Status.NOT_READY, Status.HEALTHY}
-    finding = MONITOR.finding(result)
-    assert finding.status is Status.HEALTHY
-    assert finding.status.exit_code == 0
-    assert any("10 % of torque" in warning for warning in finding.warnings)
-
-
-def test_a_car_that_was_bad_from_the_start_is_a_fault_and_sets_no_level():
-    finding = MONITOR.finding(scan(MONITOR, signals(Case(1001, 12.5))))
-    assert finding.status is Status.FAULT
-    assert finding.since is None
-    assert "baseline" not in finding.estimate.reference
-    assert any("not learnt" in warning for warning in finding.warnings)
-
-
-def test_a_level_from_earlier_drives_shows_a_small_rise_at_once():
-    stored = FrictionMonitor.of_vehicle(VEHICLE, learnt_level=4.0, learnt_deviation=0.05)
-    finding = stored.finding(scan(stored, signals(Case(1001, 5.2, minutes=6.0))))
-    assert finding.status is Status.RISING
-    assert finding.evidence["ratio_to_baseline"] == pytest.approx(1.3, abs=0.03)
-
-
 def finding_after(change, case=Case(1001), monitor=MONITOR):  # noqa: B008
     samples = signals(case).copy()
     change(samples)
@@ -117,39 +87,6 @@ def test_without_a_fault_free_basis_the_value_is_withheld(change, status, words)
     assert words in finding.cause
     assert finding.action
     assert finding.estimate is None
-
-
-def test_raw_counts_are_withheld():
-    finding = finding_after(lambda samples: None, monitor=FrictionMonitor(MONITOR.filter, FrictionVerdict(None)))
-    assert finding.status is Status.NOT_IDENTIFIABLE
-    assert finding.estimate is None
-    assert "raw counts" in finding.cause
-    assert not any(name.endswith("_Nm") for name in finding.evidence)
-
-
-def test_lane_keeping_is_distinguished_from_a_wrong_sign():
-    def lane_keeping(samples):
-        half = (np.arange(len(samples)) // 500) % 2 == 1
-        samples[half, MOTOR] *= -1.0
-
-    finding = finding_after(lane_keeping)
-    assert finding.status is Status.NOT_IDENTIFIABLE
-    assert "lane keeping" in finding.cause
-    assert finding.evidence["opposed_torques_share"] == pytest.approx(0.5, abs=0.1)
-
-
-def test_strokes_shorter_than_the_build_up_are_not_identifiable():
-    time = np.arange(60_000) * 0.01
-    rate = 0.12 * np.cos(2.0 * math.pi * 2.0 * time)
-    angle = 0.12 * np.sin(2.0 * math.pi * 2.0 * time) / (2.0 * math.pi * 2.0)
-    samples = np.zeros((len(time), 7))
-    samples[:, ANGLE], samples[:, RATE], samples[:, SPEED] = angle, rate, 20.0
-    stiffness = 4.0 / math.radians(6.0)
-    total = 3.0 + stiffness * angle + 0.8 * rate
-    samples[:, DRIVER], samples[:, MOTOR] = total / 3.0, total / 30.0
-    finding = MONITOR.finding(scan(MONITOR, samples))
-    assert finding.status is Status.NOT_IDENTIFIABLE
-    assert "strokes" in finding.cause
 
 
 def test_signals_lost_right_after_a_step_leave_a_suspicion_and_are_reported():
@@ -212,15 +149,3 @@ def test_signals_that_contradict_each_other_are_not_judged(level, change, words)
 def test_late_signals_are_reported_by_what_was_learnt(change, words):
     assert not any("late" in warning for warning in finding_after(lambda samples: None).warnings)
     assert any(words in warning for warning in finding_after(change).warnings)
-
-
-def test_half_of_nominal_friction_is_doubted():
-    finding = finding_after(lambda samples: None, Case(1001, 2.0, minutes=6.0))
-    assert finding.status is Status.HEALTHY
-    assert "only 0.5" in finding.cause
-    assert "times nominal" in finding.cause
-
-
-def test_no_samples_are_refused():
-    with pytest.raises(InputError, match="no samples"):
-        MONITOR.finding(scan(MONITOR, np.empty((0, 7))))

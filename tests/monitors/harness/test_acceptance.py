@@ -8,14 +8,11 @@ import pytest
 from exact_vehicle import diagnose
 from tierod.cli import main
 from tierod.core.errors import TierodError
-from tierod.core.findings import Finding, Status
-from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
 from tierod.io.readers import LACKING, read
-from tierod.monitors.harness.acceptance import refusals, taken, unable
+from tierod.monitors.harness.acceptance import refusals
 from tierod.monitors.registry import MONITORS
 from tierod.vehicles import load
-from tierod.vehicles.classes import typical
 
 RECORDINGS = {
     "drive": ("step-steer", "8", "midsize-eps"),
@@ -113,38 +110,6 @@ def test_a_channel_map_is_advised_only_where_a_channel_could_be_the_signal(recor
     assert [each for each in ("record it", "channel map") if each in reason] == [advice]
 
 
-def test_signals_that_begin_late_are_waited_for():
-    time = np.arange(12_000) / 100.0
-    names = ("yaw_rate", "steering_wheel_angle", "wheel_speed_rear_left", "wheel_speed_rear_right")
-    values = (0.1 * np.sin(time), np.sin(time), 10.0 + np.cos(time), 10.0 - np.cos(time))
-    late = {name: slice(6_000 if name.startswith("wheel") else 0, None) for name in names}
-    channels = {
-        name: Channel(name, time[late[name]], each[late[name]], SIGNALS[name].unit)
-        for name, each in zip(names, values, strict=True)
-    }
-    car = load("midsize-eps")
-    car = replace(car, parameters={**typical("midsize"), **car.parameters})
-    assert not refusals(MONITORS["condition"], car, Recording(channels))["bank"]
-    few = Recording({name: channels[name] for name in names[:2]})
-    assert refusals(MONITORS["condition"], car, few)["bank"].startswith("fewer than 4 sensors")
-
-
-def test_what_shows_only_over_the_whole_is_not_asked_of_a_beginning(recorded):
-    beginning = changed(recorded("drive"), "steering_wheel_angle", lambda x: 0.0 * x + 1.0)
-    friction, car = MONITORS["friction"], load("midsize-eps")
-    assert "constant" in refusals(friction, car, beginning)["pre-sliding"]
-    assert not refusals(friction, car, beginning, whole=False)["pre-sliding"]
-
-
-def test_a_signal_that_was_lost_on_the_way_is_a_verdict_and_no_refusal(recorded):
-    lost = Finding("sideslip", Status.NOT_AVAILABLE, "lost", since=3.0, cause="the angle was lost")
-    motion = Recording({name: recorded("drive")[name] for name in ("vehicle_speed", "yaw_rate")})
-    sideslip = MONITORS["sideslip"]
-    assert unable(sideslip, lost, motion) == ""
-    assert unable(sideslip, replace(lost, since=None), motion) == "the angle was lost"
-    assert unable(sideslip, replace(lost, since=None), recorded("drive")) == "", "a stuck sensor is to be named"
-
-
 def refusal_of(*asked):
     """Why a diagnosis refuses; "" where it runs."""
     try:
@@ -152,10 +117,3 @@ def refusal_of(*asked):
     except TierodError as error:
         return str(error)
     return ""
-
-
-def test_without_a_vehicle_signals_alone_are_looked_at(recorded):
-    reasons = refusals(MONITORS["driver-torque"], None, recorded("column"))
-    assert set(reasons.values()) == {""}
-    assert taken(MONITORS["driver-torque"], reasons)[0] == "interacting"
-    assert all(refusals(MONITORS["motor-angle"], None, recorded("column")).values())

@@ -12,13 +12,9 @@ import pytest
 
 from driven import drive
 from exact_vehicle import diagnose
-from shared_data import shared_data
 from tierod.core.facts import Fact
 from tierod.core.findings import Status
-from tierod.core.recording import Channel, Recording
-from tierod.io.derive import complete
-from tierod.io.readers import read
-from tierod.methods.running import BLOCK, RATE
+from tierod.core.recording import Recording
 from tierod.monitors.harness.inputs import InputDefects
 from tierod.monitors.registry import MONITORS
 from tierod.monitors.run import Run
@@ -26,7 +22,6 @@ from tierod.monitors.runner import find
 from tierod.vehicles import load
 
 SIGNALS = MONITORS["friction"].required
-TURN = ("yaw_rate", "vehicle_speed", "lateral_acceleration")
 
 
 @pytest.fixture(scope="module")
@@ -79,43 +74,6 @@ def test_a_late_signal_is_named_with_its_delay(healthy, name):
     assert abs(delay - 0.5) < 2.0 * deviation < 0.2
 
 
-def test_a_late_product_names_both_its_signals_unless_the_steering_confirms_one(healthy):
-    changed = altered(healthy, "yaw_rate", late(0.5))
-    for names, expected in {SIGNALS: {"yaw_rate"}, TURN: {"yaw_rate", "vehicle_speed"}}.items():
-        (found,) = defects_of(changed, names)
-        assert set(found.rests_on) == expected
-        assert ("or vehicle_speed is wrong" in found.cause) == (len(expected) > 1)
-
-
-def rolling(speed: np.ndarray, late: float = 0.0) -> Recording:
-    """A car whose rear axle does not slip, its accelerometer 1.5 m ahead of that axle; the yaw rate may be late."""
-    time = np.arange(len(speed)) / RATE
-    turn = 1.5 * np.sin(0.9 * time) + np.sin(1.7 * time + 1.0) + 0.5 * np.sin(2.9 * time)
-    yaw_rate = turn / np.maximum(speed, 3.0)
-    values = {
-        "vehicle_speed": speed,
-        "yaw_rate": np.interp(time - late, time, yaw_rate),
-        "lateral_acceleration": speed * yaw_rate + 1.5 * np.gradient(yaw_rate) * RATE,
-    }
-    units = {"vehicle_speed": "m/s", "yaw_rate": "rad/s", "lateral_acceleration": "m/s**2"}
-    return Recording({name: Channel(name, time, each, units[name]) for name, each in values.items()})
-
-
-def test_the_lead_of_the_lateral_acceleration_at_low_speed_is_no_delay():
-    walking = 4.0 + np.sin(0.05 * np.arange(6 * BLOCK) / RATE)
-    assert defects_of(rolling(walking), TURN) == ()
-    town = 8.5 + 5.0 * np.sin(0.15 * np.arange(12 * BLOCK) / RATE)
-    assert defects_of(rolling(town), TURN) == ()
-    (found,) = defects_of(rolling(town, late=0.3), TURN)
-    assert "yaw_rate is late relative to lateral_acceleration" in found.cause
-
-
-def test_a_wrong_scale_shows_at_low_speed_too():
-    walking = rolling(4.0 + np.sin(0.05 * np.arange(6 * BLOCK) / RATE))
-    (found,) = defects_of(altered(walking, "lateral_acceleration", times(0.3)), TURN)
-    assert "has a wrong scale" in found.cause
-
-
 @pytest.mark.parametrize("name", ["steering_wheel_rate", "steering_wheel_angle", "yaw_rate", "lateral_acceleration"])
 @pytest.mark.parametrize("factor", [0.5, 2.0])
 def test_a_wrong_scale_is_named_with_those_that_it_may_be(healthy, name, factor):
@@ -132,13 +90,6 @@ def test_a_clipped_signal_is_named(healthy, name):
 
 def test_a_healthy_drive_has_none(healthy):
     assert sentences(healthy) == []
-
-
-@pytest.mark.parametrize("parts", [("rav4_highway_minute", "can.log"), ("ferrari_250lm_race", "laps.parquet")])
-def test_a_real_recording_has_none(parts):
-    path, rav4 = shared_data(*parts), load("rav4")
-    given = {"dbc": rav4.database, "channel_map": rav4.channel_map} if parts[0].startswith("rav4") else {}
-    assert sentences(complete(read(path, **given))) == []
 
 
 @pytest.mark.parametrize(
@@ -178,42 +129,6 @@ def test_what_is_not_identifiable_names_the_wrong_signal_first(healthy, name, ch
     assert finding.action.startswith("repair the sensor and record again")
 
 
-def test_a_signal_that_was_clipped_before_it_was_calculated_with_is_named(healthy):
-    def calculated(time: np.ndarray, values: np.ndarray) -> np.ndarray:
-        return clipped(time, values) * (1.0 + 1e-14 * np.random.default_rng(5).standard_normal(len(values)))
-
-    found = sentences(altered(healthy, "driver_torque", calculated))
-    assert found[0].startswith("driver_torque is clipped at its ")
-
-
-def test_a_clipped_signal_is_named_in_the_units_of_the_tables(healthy):
-    defects = InputDefects(SIGNALS)
-    defects.add(altered(healthy, "yaw_rate", clipped), *healthy.span)
-    (sentence, *_) = [each.cause for each in defects.found({"yaw_rate": "rad/s"})]
-    assert " °/s for " in sentence
-
-
-def test_both_torques_of_another_gain_are_named_by_the_bend_of_the_assist(healthy):
-    twice = altered(altered(healthy, "driver_torque", times(2.0)), "motor_torque", times(2.0))
-    finding = diagnose(twice, "midsize-eps").findings[0]
-    assert finding.status is Status.SUSPECT
-    assert finding.cause.startswith(
-        "driver_torque, motor_torque and the assist map of the vehicle file contradict each"
-    )
-
-
-def test_friction_below_what_any_steering_has_is_implausible(healthy):
-    vehicle = load("midsize-eps")
-    known = {name: each for name, each in vehicle.parameters.items() if not name.startswith("assist_")}
-    finding = diagnose(
-        altered(healthy, "motor_torque", times(0.2)), dataclasses.replace(vehicle, parameters=known), spread=False
-    )
-    assert finding.findings[0].status is Status.SUSPECT
-    assert finding.findings[0].headline.startswith("Friction: suspect, implausibly low")
-    assert "implausible, below 0.5 times nominal" in finding.findings[0].details
-    assert "motor_torque or driver_torque may be clipped" in finding.findings[0].cause
-
-
 def test_what_is_found_does_not_depend_on_how_the_recording_is_cut(healthy):
     changed = altered(altered(healthy, "lateral_acceleration", late(0.5)), "driver_torque", times(2.0))
     whole = diagnose(changed, "midsize-eps").findings[0]
@@ -236,14 +151,3 @@ def test_a_pause_of_many_hours_takes_no_memory(healthy):
     tracemalloc.stop()
     assert defects.found() == ()
     assert most < 12e6, "the grid of the pause takes 6 MB of every signal"
-
-
-def test_without_signals_over_time_the_estimates_stay_the_same(healthy):
-    part = healthy.slice(stop=60.0)
-    full, lean = (Run(*find("friction"), load("midsize-eps"), signals_shown=shown) for shown in (True, False))
-    for run in (full, lean):
-        run.add(part)
-    whole, estimated = full.finish().traces, lean.finish().traces
-    assert set(whole) > set(estimated) == set(full.session.traces) & set(whole)
-    for name, each in estimated.items():
-        np.testing.assert_array_equal(each.mean, whole[name].mean)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tierod.core.recording import Aligned
-from tierod.monitors.harness.inputs import JudgedTime, MissingStretches
+from tierod.monitors.harness.inputs import MissingStretches
 
 RATE = 10.0
 TIME = np.arange(1200) / RATE
@@ -41,12 +41,6 @@ def test_gap_begin_and_end_are_named_however_the_recording_is_cut(length):
     assert begin.startswith("angle is missing until 5.0 s")
 
 
-def test_of_many_stretches_some_are_listed_and_the_others_counted():
-    (many,) = said(aligned(rate=[(10.0 * n, 10.0 * n + 2.0) for n in range(1, 7)]))
-    assert many.count(" to ") == 3
-    assert " and 3 more times:" in many
-
-
 def test_what_is_short_slow_absent_or_named_elsewhere_is_not_named():
     assert said(aligned(rate=[(40.0, 40.9)])) == ()
     # A signal at 0.1 Hz is there in one sample of the grid in a hundred, and not missing.
@@ -55,16 +49,3 @@ def test_what_is_short_slow_absent_or_named_elsewhere_is_not_named():
     assert len(said(slow)) == 1
     assert said(aligned(rate=[(0.0, 200.0)])) == ()
     assert said(aligned(rate=[(40.0, 60.0)]), others=("rate",)) == ()
-
-
-def test_the_share_of_complete_signals_counts_those_that_are_not_required_too():
-    judged = JudgedTime(("rate",), RATE)
-    judged.add(aligned(angle=[(10.0, 200.0)]), ("angle",))
-    evidence = judged.evidence()
-    assert evidence["signals_complete_share"] == pytest.approx(10.0 / 120.0)
-    assert evidence["signals_complete_until_s"] == pytest.approx(9.9)
-    assert evidence["required_signals_share"] == 1.0
-    assert judged.rest == 0.0
-    whole = JudgedTime(("rate",), RATE)
-    whole.add(aligned(), ("angle",))
-    assert "required_signals_share" not in whole.evidence()

@@ -1,11 +1,9 @@
 """Remarks on several pieces of a recording speak of the whole."""
 
 import numpy as np
-import pytest
 
-from tierod.core.errors import InputError
 from tierod.core.recording import Channel, Recording
-from tierod.monitors.harness.quality_over_chunks import QualityOverChunks, Shared
+from tierod.monitors.harness.quality_over_chunks import QualityOverChunks
 
 
 def remarks(*pieces: tuple[np.ndarray, np.ndarray]) -> list[str]:
@@ -43,23 +41,3 @@ def test_missing_samples_are_counted_over_all_pieces():
     assert remarks(piece(0.0), (time, half)) == ["25 % of the samples are missing"]
     nothing = np.full_like(values, np.nan)
     assert remarks(piece(0.0), (time, nothing))[0] == "50 % of the samples are missing"
-
-
-def test_a_signal_without_a_sample_is_refused_in_a_sentence():
-    quality = QualityOverChunks(["yaw_rate"])
-    speed, empty = Channel("vehicle_speed", *piece(0.0), "m/s"), np.empty(0)
-    quality.add(Recording({"vehicle_speed": speed, "yaw_rate": Channel("yaw_rate", empty, empty, "rad/s")}))
-    assert not quality.refuse_slow(["yaw_rate"], 20.0)
-    with pytest.raises(InputError, match="no sample of yaw_rate could be read"):
-        quality.refuse_unusable(["yaw_rate"], 20.0)
-
-
-def test_a_piece_with_the_end_of_the_one_before_keeps_its_own_channels():
-    first, second = (
-        Recording({"vehicle_speed": Channel("vehicle_speed", *piece(start), "m/s")}) for start in (0.0, 60.0)
-    )
-    shared = Shared(first.slice(59.0), second)
-    assert shared.whole.span[0] == 59.0
-    cut = shared.whole.slice(60.0)
-    assert shared.with_channels_of_piece(cut)["vehicle_speed"] is second["vehicle_speed"]
-    assert shared.with_channels_of_piece(shared.whole)["vehicle_speed"] is shared.whole["vehicle_speed"]

@@ -1,13 +1,10 @@
 """The grid that suits a recording."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from tierod.core.recording import Channel, Recording
 from tierod.monitors.driver_torque.definition import DRIVER_TORQUE
-from tierod.monitors.friction.definition import FRICTION
 
 
 def recording(**rates):
@@ -29,12 +26,3 @@ def recording(**rates):
 def test_it_is_as_fast_as_the_slowest_channel_that_is_needed(angle, torque, grid):
     made = recording(steering_wheel_angle=angle, driver_torque=torque, motor_torque=10.0)
     assert DRIVER_TORQUE.suited_to(made).rate == grid
-
-
-def test_a_monitor_that_names_no_slower_rates_keeps_its_own():
-    assert FRICTION.suited_to(recording(yaw_rate=25.0)) == FRICTION
-
-
-def test_a_recording_without_the_channels_changes_nothing():
-    assert DRIVER_TORQUE.suited_to(recording(yaw_rate=25.0)).rate == DRIVER_TORQUE.rate
-    assert replace(DRIVER_TORQUE) == DRIVER_TORQUE

@@ -64,34 +64,12 @@ def test_it_says_which_voltages_it_rests_on_and_what_the_inverter_takes(more, va
     assert len(found.warnings) == 1
 
 
-def test_measured_voltages_are_preferred():
-    found = finding(recorded(DRIVE.samples, *COMMANDS, without=()))
-    assert found.monitor == "motor-angle, stator-frame"
-    assert not found.warnings
-    assert "inverter_voltage_loss_v" not in found.evidence
-
-
 @pytest.mark.parametrize("knee", [0.4, 2.5])
 def test_a_wrong_knee_is_said_and_the_sensor_still_judged(knee):
     found = finding(recorded(DRIVE.samples, *COMMANDS), vehicle_with(inverter_knee_current=knee))
     assert found.status is Status.HEALTHY
     assert f"not at {knee:g} A as in the vehicle file" in found.warnings[1]
     assert found.evidence["inverter_knee_current_a"] == pytest.approx(1.0, rel=0.15)
-
-
-@pytest.mark.parametrize("knee", [0.02, 30.0])
-def test_a_knee_out_of_reach_is_said_and_nothing_judged(knee):
-    found = finding(recorded(DRIVE.samples, *COMMANDS), vehicle_with(inverter_knee_current=knee))
-    assert found.status in (Status.NOT_TESTABLE, Status.NOT_ENABLED, Status.HEALTHY)
-    assert "knee" in " ".join((found.cause, *found.warnings))
-
-
-def test_an_offset_is_found_on_commands_too():
-    samples = DRIVE.samples.copy()
-    samples[62_000:, 4] += np.radians(10.0) / 4.0
-    found = finding(recorded(samples, *COMMANDS))
-    assert found.status is Status.FAULT
-    assert found.estimate.value == pytest.approx(np.radians(10.0), abs=0.03)
 
 
 def test_currents_of_the_wrong_sign_are_named_on_commands_too():
@@ -101,19 +79,9 @@ def test_currents_of_the_wrong_sign_are_named_on_commands_too():
     assert "the currents have the wrong sign" in found.cause
 
 
-def test_a_variant_that_is_asked_for_needs_its_own_signals():
-    with pytest.raises(InputError, match="motor_target_voltage_alpha"):
-        diagnose(recorded(DRIVE.samples, without=()), "motor-bench", "motor-angle", "commanded-voltage")
-
-
 def test_what_could_be_recorded_in_place_of_voltages_is_reported():
     with pytest.raises(InputError, match="'commanded-voltage' takes motor_target_voltage_alpha, motor_target"):
         finding(recorded(DRIVE.samples))
-
-
-def test_duty_cycles_without_a_supply_are_refused():
-    with pytest.raises(InputError, match="duty cycles give a voltage only with supply_voltage"):
-        finding(recorded(DRIVE.samples, *DUTY_CYCLES[:3]))
 
 
 def test_a_vehicle_without_its_inverter_is_refused_by_name():

@@ -10,7 +10,6 @@ from said import estimated, said
 from tierod.core.findings import Status
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod_lab.papers.motor_angle.bench import RATE, drive
-from tierod_lab.papers.motor_angle.sensor_faults import offset
 
 ANGLE = FAULT_FREE().samples[:, COLUMN["motor_angle_mechanical"]]
 TIME = np.arange(len(ANGLE)) / RATE
@@ -43,12 +42,6 @@ def test_noise_of_the_angle_has_its_size(degrees, tmp_path):
     assert {name for name, each in raised.items() if each.status & 0x08} == {"motor-angle-offset"}
 
 
-def test_noise_that_ended_has_an_end():
-    found = finding(noisy(1.0, until=4.0))
-    assert math.degrees(found.estimate.value) == pytest.approx(1.0, rel=0.05)
-    assert found.end == pytest.approx(4.0, abs=0.05)
-
-
 @pytest.mark.parametrize(("degrees", "warned"), [(0.02, False), (0.1, False), (0.16, True)])
 def test_a_quiet_sensor_has_the_smallest_noise_that_is_named(degrees, warned):
     found = finding(noisy(degrees))
@@ -56,12 +49,6 @@ def test_a_quiet_sensor_has_the_smallest_noise_that_is_named(degrees, warned):
     assert 0.1 < math.degrees(limit) < 0.2
     assert (found.evidence["sensor_noise_mechanical_rad"] > limit) == warned
     assert warned == ("noise of 0.16" in said(found) + " ".join(found.warnings))
-
-
-def test_a_leap_of_the_angle_is_no_noise():
-    found = finding(changed(motor_angle_mechanical=ANGLE + 1.5 * (np.arange(len(ANGLE)) % 500 == 0)))
-    assert found.status is Status.FAULT
-    assert "noise" not in said(found)
 
 
 def test_currents_that_grow_alike_are_blamed_and_not_the_angle(tmp_path):
@@ -72,15 +59,6 @@ def test_currents_that_grow_alike_are_blamed_and_not_the_angle(tmp_path):
     assert found.estimate is None
     raised = FaultMemory.opened(tmp_path / "memory.json", "motor-bench").entries
     assert {name for name, each in raised.items() if each.status & 0x08} == {"motor-currents"}
-
-
-@pytest.mark.parametrize(("names", "factor"), [(CURRENTS, 2.0), (CURRENTS, 0.5), (VOLTAGES, 2.0)])
-def test_a_wrong_scale_beside_an_offset_of_the_angle_has_both(names, factor):
-    found = finding(times(factor, names, drive(101, 8.0, offset(10.0), 5.0).samples))
-    assert found.status is Status.SUSPECT
-    assert "these contradict each other too" in found.cause
-    assert "an angle sensor that is off by +10.0° electrical" in found.cause
-    assert names is VOLTAGES or f"as with currents {factor:.1f} times the true ones" in found.cause
 
 
 @pytest.mark.parametrize(("names", "factor"), [(CURRENTS, 2.0), (CURRENTS, 0.5), (VOLTAGES, 2.0), (VOLTAGES, 0.5)])

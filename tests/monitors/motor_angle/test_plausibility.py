@@ -2,18 +2,14 @@ import numpy as np
 import pytest
 
 from monitors.motor_angle.monitored import columns
-from tierod.core.errors import TierodError
 from tierod.core.graph import scan
 from tierod.monitors.motor_angle.plausibility import (
     MOTOR,
-    NONE,
-    NOT_MOTOR,
     PINION,
     WHEEL,
     AnglePlausibility,
     Superposition,
     VariableGain,
-    WhichAngle,
 )
 
 TIME = np.arange(60_000) / 1e4
@@ -43,10 +39,6 @@ def test_angles_that_fit_pass_with_any_zero_and_wrapped():
     assert judged(motor=(MOTOR_ANGLE + 100.0) % (2.0 * np.pi), pinion=PINION_ANGLE - 0.3)["alarm"].max() == 0.0
 
 
-def test_without_the_twist_of_the_bar_they_would_not_fit():
-    assert judged(torque=np.zeros(len(TIME)))["alarm"].max() == 1.0
-
-
 @pytest.mark.parametrize(
     ("name", "angle", "code"),
     [("motor", MOTOR_ANGLE, MOTOR), ("wheel", WHEEL_ANGLE, WHEEL), ("pinion", PINION_ANGLE, PINION)],
@@ -61,17 +53,6 @@ def test_the_wrong_one_is_named(name, angle, code, kind):
     assert found["by_motion"][first] == code
 
 
-def test_where_none_stands_out_none_is_named():
-    found = judged(wheel=WHEEL_ANGLE + 0.05 * np.maximum(TIME - 3.0, 0.0))
-    assert found["alarm"].max() == 1.0
-    assert found["by_motion"][int(np.argmax(found["alarm"]))] == NONE
-
-
-def test_angles_that_do_not_come_are_not_compared():
-    assert judged(motor=np.where(LATE, np.nan, MOTOR_ANGLE))["alarm"].max() == 0.0
-    assert judged(pinion=np.full(len(TIME), np.nan))["alarm"].max() == 0.0
-
-
 GAIN = VariableGain(1.5, 0.75, 20.0)
 SPEED = 20.0 + 10.0 * np.sin(0.5 * TIME)
 WANTED = 22.5 * (GAIN.superposition_gain_fast + 0.75 / (1.0 + (SPEED / 20.0) ** 2) - 1.0) * WHEEL_ANGLE
@@ -82,59 +63,3 @@ def test_a_motor_that_follows_the_variable_ratio_makes_no_detour():
     found = judged(motor=WANTED, pinion=BELOW, speed=SPEED, gain=GAIN)
     assert found["alarm"].max() == 0.0
     assert np.abs(found["detour"]).max() < 0.01
-
-
-def test_a_recorded_wheel_that_is_wrong_makes_one_and_without_speed_there_is_none():
-    wrong = WHEEL_ANGLE + 0.2 * np.maximum(TIME - 3.0, 0.0)
-    found = judged(motor=WANTED, pinion=BELOW, wheel=wrong, speed=SPEED, gain=GAIN)
-    assert np.abs(found["detour"]).max() > 0.05
-    assert np.abs(judged(motor=WANTED, pinion=BELOW, wheel=wrong, gain=GAIN)["detour"]).max() == 0.0
-
-
-COUNT, BEGIN = 4000, 1000
-AFTER = np.arange(COUNT) >= BEGIN
-
-
-def result(residual, suspect=NONE, detour=0.0, counts=10, mismatch=0.03):
-    """Suspect over time where the angles disagree from `BEGIN` on, and the alarm comes 500 samples later."""
-    columns = (
-        np.where(AFTER, mismatch, 0.0),
-        np.arange(COUNT) >= BEGIN + 500,
-        np.where(np.arange(COUNT) >= BEGIN + 500, suspect, NONE),
-        np.where(AFTER, detour, 0.0),
-        np.where(AFTER, residual, 0.005),
-        np.arange(COUNT) % counts == 0 if counts else np.zeros(COUNT),
-    )
-    return scan(WhichAngle(), np.column_stack(columns).astype(float))["suspect"]
-
-
-def test_nothing_is_suspected_before_the_alarm():
-    assert result(0.5)[: BEGIN + 499].max() == NONE
-
-
-@pytest.mark.parametrize("suspect", [NONE, WHEEL, PINION])
-def test_the_observer_against_the_sensor_makes_it_the_motor(suspect):
-    assert result(0.5, suspect)[-1] == MOTOR
-
-
-@pytest.mark.parametrize(("suspect", "said"), [(NONE, NOT_MOTOR), (MOTOR, NOT_MOTOR), (WHEEL, WHEEL), (PINION, PINION)])
-def test_the_observer_by_the_sensor_makes_it_another(suspect, said):
-    assert result(0.01, suspect)[-1] == said
-
-
-def test_a_motor_that_goes_its_own_way_beside_a_wheel_that_does_not_makes_it_the_wheel():
-    assert result(0.01, detour=0.06)[-1] == WHEEL
-
-
-@pytest.mark.parametrize("suspect", [NONE, MOTOR, PINION])
-def test_without_turning_motion_alone_decides(suspect):
-    assert result(0.5, suspect, counts=0)[-1] == suspect
-
-
-def test_what_the_observer_said_before_the_disagreement_does_not_count():
-    assert result(0.5)[BEGIN + 700] == MOTOR
-
-
-def test_numbers_that_cannot_be_are_refused():
-    with pytest.raises(TierodError, match="agreement"):
-        WhichAngle(agreement=0.0)

@@ -8,14 +8,13 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from monitors.motor_angle.monitored import COLUMN, finding, redrawn, vehicle_with
+from monitors.motor_angle.monitored import COLUMN, finding, vehicle_with
 from said import said
 from tierod.core.findings import Status
 from tierod.core.graph import scan
 from tierod_lab.papers.motor_angle.bench import RATE
 from tierod_lab.papers.motor_angle.salient_bench import (
     RIGHT,
-    Assumed,
     fast_drive,
     found_on_salient,
     salient_drive,
@@ -51,19 +50,6 @@ def test_steps_of_the_load_raise_no_alarm_and_the_angle_stays_known(ratio):
     assert np.abs(error).max() < 0.03
 
 
-def test_a_salient_motor_that_the_file_takes_for_one_without_is_not_followed():
-    """The measure itself: without saliency in the file the same drive errs ten times as much."""
-    _, error = watched(2.0, Assumed(quadrature=0.5))
-    assert np.sqrt(np.mean(error**2)) > 0.02
-
-
-@pytest.mark.parametrize("ratio", RATIOS)
-def test_inductances_that_are_a_twentieth_off_cost_little_and_alarm_nothing(ratio):
-    found, error = watched(ratio, Assumed(direct=0.95, quadrature=1.05, resistance=0.8, flux=1.02))
-    assert not alarms(found)
-    assert np.sqrt(np.mean(error**2)) < 0.007
-
-
 @pytest.mark.parametrize("ratio", RATIOS)
 @pytest.mark.parametrize("degrees", [5.0, -5.0])
 def test_an_offset_of_five_degrees_is_found_within_fifty_milliseconds(ratio, degrees):
@@ -94,32 +80,6 @@ def test_a_fault_free_drive_is_healthy_and_an_offset_is_a_fault_of_the_sensor(ra
     assert math.degrees(found.estimate.value) == pytest.approx(5.0, abs=1.0)
 
 
-@pytest.mark.parametrize(
-    ("signal", "change", "cause"),
-    [
-        ("motor_current", np.conj, "the phases of the currents are swapped: b and c"),
-        ("motor_voltage", np.conj, "the phases of the voltages are swapped"),
-        ("motor_current", lambda v: -v, "the currents have the wrong sign"),
-        ("motor_voltage", lambda v: 0.5 * v, "so are the recorded voltages"),
-    ],
-)
-@pytest.mark.parametrize("ratio", [pytest.param(1.1, marks=pytest.mark.slow), 3.0])
-def test_a_wrong_recording_of_a_salient_motor_is_named(signal, change, cause, ratio):
-    samples = redrawn(driven(ratio, 6, 9.0).samples, signal, change)
-    found = finding(samples, car(along(ratio), ratio))
-    assert found.status is Status.NOT_TESTABLE
-    assert cause in found.cause
-
-
-def test_a_sensor_of_noise_is_named_and_not_the_currents_of_a_salient_motor():
-    samples = salient_drive(3.0, 6, 9.0, largest=0.0).samples
-    angle = samples[:, COLUMN["motor_angle_mechanical"]]
-    angle += np.nanstd(angle) * np.random.default_rng(1).normal(size=len(angle))
-    found = finding(samples, car(along(3.0), 3.0))
-    assert found.status is Status.FAULT
-    assert found.cause == "the readings of the motor's angle sensor have noise"
-
-
 @pytest.mark.parametrize("ratio", [1.5, 3.0])
 def test_a_saliency_that_the_file_does_not_know_is_named_and_is_no_fault(ratio):
     found = finding(driven(ratio, 5, 12.0).samples, car(along(ratio)))
@@ -138,10 +98,3 @@ def test_field_weakening_with_the_inductance_across_the_flux_alone_names_the_one
     assert "1.00 times" not in said(found)
     given = re.fullmatch(r"give motor_inductance = (\S+) H .* motor_saliency = (\S+) .*", found.action)
     assert finding(drive, car(*map(float, given.groups()))).status is Status.HEALTHY
-
-
-def test_one_inductance_between_both_is_named_for_each_axis():
-    found = finding(driven(3.0, 5, 12.0).samples, car(2.0 * along(3.0)))
-    assert found.status is Status.NOT_TESTABLE
-    assert "the inductances along and across the flux are 0.5" in found.cause
-    assert " and 1.5" in found.cause

@@ -1,5 +1,4 @@
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -7,7 +6,6 @@ import pytest
 from exact_vehicle import diagnose
 from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, changed, finding, recording, vehicle_with
 from said import estimated, said
-from tierod.core.errors import InputError
 from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
 from tierod.diagnosis.fault_memory import FaultMemory
@@ -20,26 +18,6 @@ LATE = np.arange(len(ANGLE)) >= 62_000
 
 def diagnosed(samples, **more):
     return diagnose(recording(samples), "motor-bench", "motor-angle", **more)
-
-
-def test_a_fault_free_drive():
-    diagnosis = diagnosed(FAULT_FREE().samples)
-    found = diagnosis.findings[0]
-    assert found.status is Status.HEALTHY
-    assert found.evidence["turning_s"] > 1.0
-    assert found.evidence["sensor_turns_per_observed_turn"] == pytest.approx(1.0, abs=0.002)
-    assert abs(found.estimate.value) < 0.01
-    assert np.nanmax(np.abs(diagnosis.traces["angle_residual_electrical"].upper)) < 0.1
-    drawn = np.isfinite(diagnosis.traces["motor_speed_residual"].mean)
-    assert (drawn[1:] & drawn[:-1]).sum() > 0.5 * drawn.sum()
-
-
-def test_an_offset_with_its_size_and_its_beginning():
-    found = finding(changed(motor_angle_mechanical=ANGLE + FIVE_DEGREES * LATE))
-    assert found.status is Status.FAULT
-    assert found.since == pytest.approx(6.22, abs=0.02)
-    assert found.estimate.value == pytest.approx(math.radians(5.0), abs=0.02)
-    assert "differs from the angle that currents and voltages give" in said(found)
 
 
 def test_a_drive_too_slow_is_not_judged():
@@ -60,14 +38,6 @@ def test_a_wrong_pole_pair_number_is_named(pairs):
     assert "as with 4 pole pairs" in found.cause
 
 
-def test_currents_that_come_too_slowly_are_refused():
-    slow = FAULT_FREE().samples[::2]
-    channels = recording(slow).channels
-    late = {name: replace(each, time=2.0 * each.time) for name, each in channels.items()}
-    with pytest.raises(InputError, match=r"motor_current_alpha has only about 5000 Hz"):
-        finding(Recording(late))
-
-
 def test_a_low_supply_is_the_root_of_what_it_does_and_fills_one_code_of_the_memory(tmp_path):
     path, supply = tmp_path / "memory.json", np.where(LATE, 7.0, 13.0)
     found = finding(changed(supply_voltage=supply, motor_angle_mechanical=ANGLE + FIVE_DEGREES * LATE), memory=path)
@@ -76,15 +46,6 @@ def test_a_low_supply_is_the_root_of_what_it_does_and_fills_one_code_of_the_memo
     memory = FaultMemory.opened(path, "motor-bench")
     raised = [name for name, entry in memory.entries.items() if entry.status & 0x08]
     assert raised == ["motor-supply-low"]
-
-
-def test_pieces_give_what_the_whole_gives(monkeypatch):
-    samples = changed(motor_angle_mechanical=ANGLE + FIVE_DEGREES * LATE)
-    whole = finding(samples)
-    monkeypatch.setattr("tierod.monitors.motor_angle.definition.SLICE", 7_777)
-    pieces = finding(samples)
-    assert (pieces.status, pieces.headline, pieces.since) == (whole.status, whole.headline, whole.since)
-    assert pieces.evidence == pytest.approx(whole.evidence, rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -125,13 +86,6 @@ def test_a_zero_that_leaps_beside_a_slow_motor_accuses_no_currents(tmp_path):
     assert not raised.get("motor-currents") or not raised["motor-currents"].status & 0x08
 
 
-def test_what_the_user_got_wrong_fills_no_memory(tmp_path):
-    path = tmp_path / "memory.json"
-    diagnosed(changed(motor_angle_mechanical=4.0 * ANGLE), memory=path)
-    memory = FaultMemory.opened(path, "motor-bench")
-    assert not any(entry.status & 0x08 for entry in memory.entries.values())
-
-
 def with_phases(samples, names="abc"):
     """A recording of phase currents in place of their vector."""
     channels = dict(recording(samples).channels)
@@ -148,11 +102,3 @@ def test_two_or_three_phase_currents_are_as_good_as_their_vector(names):
     found = finding(Recording(with_phases(FAULT_FREE().samples, names)), spread=False)
     assert found.status is Status.HEALTHY
     assert found.evidence == pytest.approx(finding(FAULT_FREE().samples).evidence, rel=1e-6)
-
-
-def test_phase_currents_that_do_not_add_up_are_named():
-    channels = with_phases(FAULT_FREE().samples)
-    third = channels["motor_current_c"]
-    channels["motor_current_c"] = replace(third, values=third.values + 5.0)
-    found = finding(Recording(channels))
-    assert found.cause == "the phase currents do not add up to zero"

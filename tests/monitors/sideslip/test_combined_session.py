@@ -10,11 +10,8 @@ import pytest
 
 from exact_vehicle import diagnose
 from said import said
-from tierod.core.recording import Recording
-from tierod.core.statuses import Status
 from tierod_lab.ground import SensorSet, run
 from tierod_lab.ground.cars.catalogue import load
-from tierod_lab.ground.courses.catalogue import load as course_called
 from tierod_lab.ground.courses.conditions import Adhesion
 from tierod_lab.ground.courses.open_loop import AngleRamp, SineSteer
 from tierod_lab.ground.scenarios import load as load_scenario
@@ -66,35 +63,3 @@ def test_beside_a_wrong_steering_angle_no_limit_is_announced(demonstrator, wrong
     changed = demonstrator.with_channels([dataclasses.replace(angle, values=values[wrong])])
     found = diagnose(changed, "smartload", "sideslip").findings[0]
     assert "largest force" not in said(found)
-
-
-def test_a_car_that_the_parameters_do_not_fit_is_not_judged(drive):
-    nonsense = np.where(drive["yaw_rate"].time % 4.0 < 2.0, 2.5, 0.6) * drive["yaw_rate"].values + 0.2
-    channels = {name: drive[name] for name in drive.names}
-    channels["yaw_rate"] = dataclasses.replace(channels["yaw_rate"], values=nonsense)
-    found = diagnose(Recording(channels), "steer-by-wire", "sideslip").findings[0]
-    assert found.status is Status.NOT_IDENTIFIABLE
-    assert "the filter diverged" in found.cause
-    assert "the yaw rate has an offset" in found.cause
-
-
-def test_an_angle_that_comes_through_a_column_does_not_soften_the_tyres():
-    car = load("midsize-eps").block
-    drive = run(car, course_called("country"), 60.0, seed=1, sensors=SensorSet.production())
-    found = diagnose(drive.recording, "midsize-eps", "sideslip").findings[0]
-    assert found.evidence["error_against_truth_rms_rad"] < math.radians(0.2)
-    assert found.evidence["limit_announced_s"] == 0.0
-
-
-def test_time_without_yaw_rate_counts_as_no_estimate(drive):
-    channels = {name: drive[name] for name in drive.names}
-    yaw_rate = channels["yaw_rate"]
-    half = len(yaw_rate.values) // 2
-    stuck = np.where(np.arange(len(yaw_rate.values)) < half, yaw_rate.values, yaw_rate.values[half])
-    channels["yaw_rate"] = dataclasses.replace(yaw_rate, values=stuck)
-    whole = diagnose(drive, "steer-by-wire", "sideslip").findings[0]
-    found = diagnose(Recording(channels), "steer-by-wire", "sideslip").findings[0]
-    assert found.status in (Status.NOT_IDENTIFIABLE, Status.INCONSISTENT)
-    assert "yaw_rate is stuck" in found.cause
-    assert found.evidence["enabled_s"] == pytest.approx(yaw_rate.time[half], abs=1.5)
-    assert found.evidence["enabled_s"] < 0.6 * whole.evidence["enabled_s"]

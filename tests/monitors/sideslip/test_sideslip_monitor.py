@@ -9,12 +9,10 @@ import numpy as np
 import pytest
 
 from exact_vehicle import diagnose
-from said import said
 from tierod.core.errors import ParameterError
 from tierod.core.recording import Recording
 from tierod.core.statuses import Status
-from tierod.monitors.sideslip.definition import TRACES, SideslipEstimate, SideslipMonitor
-from tierod.vehicles import load
+from tierod.monitors.sideslip.definition import TRACES
 from tierod_lab.ground import SensorSet, run
 from tierod_lab.ground.cars.catalogue import load as load_car
 from tierod_lab.ground.courses.open_loop import SineSteer
@@ -81,12 +79,6 @@ def test_a_wrong_sign_is_named_from_the_data_and_the_value_withheld(drive, chann
     assert "sideslip_angle" not in diagnosis.traces
 
 
-def test_without_an_angle_it_says_which_one_it_needs(drive):
-    found = finding(without(drive, "road_wheel_angle"))
-    assert found.status is Status.NOT_AVAILABLE
-    assert "steering_wheel_angle" in found.cause
-
-
 def test_the_steering_wheel_stands_in_for_the_road_wheels(drive):
     wheel = dataclasses.replace(drive["truth_steering_wheel_angle"], name="steering_wheel_angle")
     found = finding(without(drive, "road_wheel_angle").with_channels([wheel]))
@@ -99,25 +91,6 @@ def test_without_torque_it_names_the_channels_and_the_variant_that_needs_none(dr
     assert found.status is Status.NOT_AVAILABLE
     assert "motor_torque or motor_current" in found.cause
     assert "combined" in found.action
-
-
-def test_a_car_that_hardly_rolls_is_not_enabled(drive):
-    found = finding(changed(drive, vehicle_speed=0.01))
-    assert found.status is Status.NOT_ENABLED
-    assert "fastest" in found.cause
-
-
-def test_parameters_that_do_not_fit_are_reported_by_the_innovations(drive):
-    found = finding(without(changed(drive, yaw_rate=3.0), "lateral_acceleration"))
-    assert found.status is Status.NOT_IDENTIFIABLE
-    assert "do not fit" in said(found)
-
-
-def test_a_yaw_rate_with_an_offset_is_named_and_not_healthy(drive):
-    shifted = dataclasses.replace(drive["yaw_rate"], values=drive["yaw_rate"].values + 0.03)
-    found = finding(without(drive, "yaw_rate").with_channels([shifted]))
-    assert not found.status.quiet
-    assert "the yaw rate has an offset of +1.7 degrees per second" in found.cause
 
 
 @pytest.mark.parametrize("variant", [VARIANT, "combined"])
@@ -144,50 +117,8 @@ def slow(drive, rate):
 
 
 @pytest.mark.parametrize(
-    ("variant", "rate"),
-    [
-        ("combined", 50.0),
-        *(
-            pytest.param(each, rate, marks=pytest.mark.slow)
-            for each, rate in (("conventional-kalman", 20.0), ("two-stage-kalman", 50.0))
-        ),
-    ],
-)
-def test_at_the_slowest_rate_it_is_as_accurate(drive, variant, rate):
-    fast, found = finding(drive, variant), finding(slow(drive, rate), variant)
-    assert found.status.quiet
-    error = "error_against_truth_rms_rad"
-    assert found.evidence[error] < 1.2 * fast.evidence[error] + math.radians(0.02)
-
-
-@pytest.mark.parametrize(
     ("variant", "needed"), [("combined", 33), ("two-stage-kalman", 50), ("conventional-poles", 50)]
 )
 def test_a_variant_that_needs_a_faster_recording_says_so(drive, variant, needed):
     with pytest.raises(ParameterError, match=f"at {needed} Hz or more, but has 20 Hz"):
         finding(slow(drive, 20.0), variant)
-
-
-def test_a_truth_that_comes_slowly_is_not_stale(drive):
-    truth = drive["truth_sideslip_angle"]
-    rare = dataclasses.replace(truth, time=truth.time[::10], values=truth.values[::10])
-    found = finding(without(drive, "truth_sideslip_angle").with_channels([rare]))
-    error = "error_against_truth_rms_rad"
-    assert found.evidence[error] == pytest.approx(finding(drive).evidence[error], rel=0.1)
-
-
-def test_torque_and_current_give_the_same_torque_at_the_road_wheels():
-    class Stated:
-        Sample = type("Sample", (), {"_fields": ("road_wheel_torque",), "__new__": lambda cls, torque: torque})
-
-        def init(self):
-            return None
-
-        def step(self, state, sample):
-            return state, SideslipEstimate(0.0, 0.0, sample, 0.0, 0.0, 0.0, 0.0)
-
-    block = SideslipMonitor.of_vehicle(Stated(), load("steer-by-wire"))
-    nan = math.nan
-    samples = block.Sample(motor_torque=0.12, motor_current=nan), block.Sample(motor_torque=nan, motor_current=2.0)
-    of_torque, of_current = (block.step(None, sample)[1].estimate.self_aligning_torque for sample in samples)
-    assert of_torque == pytest.approx(of_current) == pytest.approx(17.0 * 3.0 * 75.0 * 0.7 * 0.12)

@@ -66,41 +66,11 @@ def test_the_headline_is_a_sample_of_the_course_with_its_own_deviation_and_holds
     assert "most of it is the geometry of a tight turn" in said(found.findings[0])
 
 
-def test_no_sample_has_a_larger_lower_bound_than_the_headline(car, drives):
-    found = diagnose(drives[0][0], car, "sideslip")
-    estimate = found.findings[0].estimate
-    course, band = (found.traces[f"sideslip_angle{end}"].mean for end in ("", "_standard_deviation"))
-    speed = np.interp(found.traces["sideslip_angle"].time, *_speed(drives[1], 0))
-    lower = np.where(speed > 2.2, np.abs(course) - BAND * band, -1.0)
-    assert np.nanmax(lower) <= abs(estimate.value) - BAND * estimate.standard_deviation + 1e-3
-
-
-def _speed(states, k):
-    return np.arange(states.shape[1]) * STEP * EVERY, states[0, :, k]
-
-
-def test_a_band_holds_the_truth_at_walking_pace_and_above(car, drives):
-    recorded, states = drives
-    found = diagnose(recorded[0], car, "sideslip")
-    course, band = (found.traces[f"sideslip_angle{end}"] for end in ("", "_standard_deviation"))
-    time, truth = true_sideslip(states, 0)
-    error = np.abs(course.mean - np.interp(course.time, time, truth))
-    known = np.isfinite(band.mean)
-    assert known.sum() > 100
-    assert np.mean(error[known] < BAND * band.mean[known]) > 0.9
-
-
 def test_walking_pace_alone_gives_neither_a_value_nor_a_limit(car, drives):
     finding = diagnose(drives[0][1], car, "sideslip").findings[0]
     assert finding.status is Status.NOT_ENABLED
     assert finding.estimate is None
     assert "walking pace" in said(finding)
-    assert "largest force" not in said(finding)
-
-
-def test_far_from_its_largest_force_no_limit_is_announced(car, drives):
-    finding = diagnose(drives[0][0], car, "sideslip").findings[0]
-    assert finding.evidence["limit_announced_s"] == 0.0
     assert "largest force" not in said(finding)
 
 
@@ -111,33 +81,6 @@ def test_what_a_car_with_unsigned_speeds_does_in_reverse_is_neither_its_largest_
     assert abs(abs(back.estimate.value) - abs(out.estimate.value)) < 2.0 * out.estimate.standard_deviation
     assert back.evidence["limit_announced_s"] == 0.0
     assert not any("revers" in each for each in out.warnings)
-
-
-@pytest.mark.parametrize("unsigned", [False, True])
-def test_nothing_is_estimated_while_a_car_is_known_to_reverse(car, unsigned):
-    (made,) = recordings([(QUADRICYCLE, backs_out())], SEED, unsigned=unsigned)
-    held = diagnose(made, car, "sideslip", spread=False).traces["held"]
-    assert held.lower[(held.time > 8.0) & (held.time < 8.8)].min() == 1.0
-
-
-def test_a_car_that_is_fast_in_reverse_only_gives_no_value(car):
-    """Straight back for seven seconds, a turn that shows the direction, and forward turns at walking pace."""
-    time = np.arange(0.0, 40.0, STEP)
-    speed = np.interp(time, [0, 2, 3, 12, 13, 16, 17, 40], [0, 0, -2.8, -2.8, 0, 0, 1.2, 1.2])
-    angle = np.interp(time, [0, 9.5, 10.5, 12, 14, 18, 22, 28, 34, 40], [0, 0, 0.4, 0.4, 0, 0, 0.5, -0.5, 0.5, 0])
-    (made,) = recordings([(QUADRICYCLE, (speed, angle))], SEED, unsigned=True)
-    finding = diagnose(made, car, "sideslip").findings[0]
-    assert any(each.startswith("the car reversed") for each in finding.warnings)
-    assert finding.status is Status.NOT_ENABLED
-    assert finding.estimate is None
-
-
-def test_where_every_turn_is_mirrored_nothing_is_stated(car, drives):
-    out = drives[0][2].slice(0.0, 10.0)
-    finding, other = (diagnose(out, car, monitor).findings[0] for monitor in ("sideslip", "condition"))
-    assert finding.status is other.status is Status.NOT_TESTABLE
-    assert "the car reversed all the time, or the yaw rate has the wrong sign" in finding.cause
-    assert (finding.cause, finding.action) == (other.cause, other.action)
 
 
 @pytest.mark.parametrize(("angle", "offset", "named"), [(0.5, 0.0, False), (0.0, 0.03, True)])
