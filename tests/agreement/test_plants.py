@@ -5,12 +5,11 @@ import math
 import numpy as np
 import pytest
 
+from agreement.plants import commonroad_agreement, commonroad_tyre, ferrari_agreement, rav4_agreement
 from shared_data import shared_data
 from tierod.io.derive import complete
 from tierod.io.readers import read
 from tierod.physics.magic_formula import combined_forces, stiffness_per_load
-from tierod_lab.papers.friction.plant_agreement import commonroad_agreement, commonroad_tyre
-from tierod_lab.papers.friction.plant_recordings import ferrari_agreement, rav4_agreement
 
 pytestmark = pytest.mark.usefixtures("shipped_kernels")
 

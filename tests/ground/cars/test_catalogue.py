@@ -5,6 +5,7 @@ from dataclasses import is_dataclass
 import numpy as np
 import pytest
 
+from chassis_replay import Replay, courses
 from shared_data import shared_data
 from tierod.core.errors import ParameterError
 from tierod.core.fields import numbers
@@ -15,7 +16,6 @@ from tierod.io.readers import read
 from tierod_lab.ground.cars.catalogue import Choice, by_path, load, shipped
 from tierod_lab.ground.chassis import SingleTrack, TwoTrack
 from tierod_lab.ground.steering.friction import LuGre
-from tierod_lab.papers.friction.plant_replay import ChassisInput, Replay
 
 FILE = """\
 name = "mine"
@@ -192,7 +192,5 @@ def test_the_compact_suv_follows_the_recorded_minute_of_one():
         for name in ("steering_wheel_angle", "vehicle_speed", "yaw_rate")
     )
     steer = car.steering.linkage.ratio * angle
-    inputs = np.column_stack([steer, np.gradient(steer, time), speed, 0.0 * time, 0.0 * time])
-    ours = scan(Replay(car.chassis, start_speed=float(speed[0])), inputs)["yaw_rate"]
-    assert ChassisInput._fields[:3] == ("road_wheel_angle", "road_wheel_rate", "speed")
+    ours = scan(Replay(car.chassis, start_speed=float(speed[0])), courses(steer, speed))["yaw_rate"]
     assert np.degrees(np.std(ours - yaw)) < 0.3, "the zero of the gyroscope is taken out"

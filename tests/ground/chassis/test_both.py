@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from chassis_replay import understeer_error, unresisted, yaw_gain_error
 from ground.chassis.bench import Bench, Inputs, columns, drive, finite, surroundings
 from tierod.core.block import leaves
 from tierod.core.graph import scan
 from tierod_lab.ground.chassis import SingleTrack, TwoTrack, demonstrator
-from tierod_lab.papers.friction.plant_checks import understeer_error, unresisted, yaw_gain_error
 
 G = 9.81
 BODIES = [SingleTrack(), TwoTrack(), demonstrator()]

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
+from chassis_replay import unresisted
 from ground.chassis.bench import drive
 from tierod.physics.tyre import parking_torque
 from tierod_lab.ground.chassis import SingleTrack
-from tierod_lab.papers.friction.plant_checks import unresisted
 
 CAR = SingleTrack()
 

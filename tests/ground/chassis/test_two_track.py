@@ -5,19 +5,19 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
+from chassis_replay import energy_error, unresisted
 from ground.chassis.bench import Bench, Inputs, columns, drive, finite, surroundings
 from tierod.core.graph import scan
 from tierod_lab.ground.chassis import TYRES, TwoTrack, demonstrator
 from tierod_lab.ground.integration import runge_kutta
 from tierod_lab.ground.parts import Road, Steer, Wheels, Wind
-from tierod_lab.papers.friction.plant_checks import energy_error, unresisted
 
 G = 9.81
 CAR = TwoTrack()
 
 
 def test_energy_goes_where_it_is_accounted_for():
-    assert energy_error() < 1e-3
+    assert energy_error(CAR) < 1e-3
     assert energy_error(demonstrator()) < 1e-3
 
 

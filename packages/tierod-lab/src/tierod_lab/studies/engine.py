@@ -25,14 +25,16 @@ class Dataset:
     name: str  # name of the dataset, and of its file
     title: str  # its subject, in a few words
     # importable function from a task to its rows; its docstring stands in the report
-    rows: Callable[[Any], Sequence[Row]]
+    rows: Callable[[Any], Any]
     tasks: Callable[[Effort], Sequence[Any]]  # tasks of an effort, which can be pickled
     missing: str = ""  # why there is nothing where no task gives a row, such as a recording that is not there
+    # function from what all tasks made to the rows, where a row needs several tasks; `rows` then makes anything
+    joined: Callable[[list[Any]], Sequence[Row]] = lambda made: [row for rows in made for row in rows]
 
     def frame(self, effort: Effort) -> Frame:
         """The rows of all tasks."""
         made = effort.made(self.rows, list(self.tasks(effort)), lambda task: f"a task of '{self.name}' ({task})")
-        return Frame.of(self.name, [row for rows in made for row in rows])
+        return Frame.of(self.name, self.joined(made))
 
 
 @dataclass(frozen=True)
