@@ -144,11 +144,7 @@ def _stored(path: str | Path | None) -> Baseline | None:
 
 
 def usual_monitor(vehicle: Vehicle) -> str:
-    """Name of the monitor for a vehicle's recordings where the user names none.
-
-    Args:
-        vehicle: vehicle whose file may name a monitor; friction where it does not
-    """
+    """Name of the monitor for a vehicle's recordings where the user names none."""
     return vehicle.monitor or "friction"
 
 
@@ -241,11 +237,7 @@ def source_of(
     """Path of a recording, or the stretch of it between `start` and `stop`, read into memory.
 
     Args:
-        path, car, dbc, channel_map, start, stop: see `judge`
         names: signals to be read; None reads all
-
-    Raises:
-        InputError: the stretch is empty
     """
     if start is None and stop is None:
         return path
@@ -268,11 +260,7 @@ def source_of(
 
 
 def able(source: Path | Recording, car: Vehicle, dbc: Any = None, channel_map: Any = None) -> Iterator[str]:
-    """Names of the usual monitors that would accept a recording, determined from its first piece.
-
-    Raises:
-        InputError: the recording cannot be read
-    """
+    """Names of the usual monitors that would accept a recording, determined from its first piece."""
     if isinstance(source, Path) and source.is_fifo():
         return
     piece = next(iter(pieces_of(source, read_by_any(), car, dbc, channel_map)))

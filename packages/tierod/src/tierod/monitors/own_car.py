@@ -63,8 +63,6 @@ class BalanceRows:
     Output = BalanceRow
 
     class State(NamedTuple):
-        """State of conditioning, build-up laws and low-pass."""
-
         conditioning: Any
         finite: BuildUp
         exponential: BuildUp

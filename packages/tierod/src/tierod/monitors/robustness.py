@@ -49,7 +49,6 @@ def robust(conclusion: Conclusion, found: Effects | None, vehicle: Vehicle, may_
 
     Args:
         found: what the lanes show; None if no parameter was perturbed
-        vehicle: vehicle with the standard deviations of its parameters
         may_turn: whether the verdict depends on the parameters; with a baseline it does not, since the baseline has the
             same errors
         learns: whether the monitor learns a baseline, which would then decide
@@ -306,11 +305,7 @@ def first_to_measure(rows: Sequence[ParameterEffect]) -> ParameterEffect | None:
 
 
 def baseline_command(monitor: str, vehicle: Vehicle) -> str:
-    """Command that learns the baseline of a car from a recording that the user knows to be fault-free.
-
-    Args:
-        monitor: name of monitor and variant, as in findings
-    """
+    """Command that learns the baseline of a car from a recording that the user knows to be fault-free."""
     name, _, variant = monitor.partition(", ")
     car = vehicle.name if vehicle.path.parent == SHIPPED else str(vehicle.path)
     return (
@@ -320,13 +315,7 @@ def baseline_command(monitor: str, vehicle: Vehicle) -> str:
 
 
 def cure(names: Sequence[str], assumed: Sequence[str], baseline: str) -> str:
-    """What decides a verdict that depends on guesses: only what a user can do, the surest way first.
-
-    Args:
-        names: names of the parameters and assumptions that decide
-        assumed: those of them that are assumptions on the sensors, which a calibration replaces
-        baseline: command that learns a baseline; "" where the verdict does not use one
-    """
+    """What decides a verdict that depends on guesses: only what a user can do, the surest way first."""
     ways = []
     if baseline:
         ways.append(

@@ -156,12 +156,7 @@ class Run:
         return float(getattr(self.session, "listens", 0.0))
 
     def add(self, piece: Recording, shared: Shared | None = None) -> None:
-        """Add the next piece; `shared` holds its qualities, for all monitors that have received the same pieces.
-
-        Raises:
-            InputError: a required signal is missing, or its sampling rate is too low
-            ParameterError: the variant cannot run with this vehicle
-        """
+        """Add the next piece; `shared` holds its qualities, for all monitors that have received the same pieces."""
         if self._start is None:
             shared = shared if self.beginning is None else None
             # Another variant may begin with what this one refuses.
@@ -284,11 +279,7 @@ class Run:
             places = trace.add(aligned.time, shown[name], places)
 
     def conclude(self) -> Ended:
-        """Conclusion over all pieces, before it is compared with that of other monitors.
-
-        Raises:
-            InputError: there was no sample, or a required signal was constant or missing throughout
-        """
+        """Conclusion over all pieces, before it is compared with that of other monitors."""
         self.settle()
         if self._before is None or not self._steps:
             raise InputError("the recording holds no samples; check that the file is whole and the channel map fits it")
@@ -300,11 +291,7 @@ class Run:
         return Ended(self.monitor.name, *self._concluded())
 
     def finish(self, command: str = "", others: Sequence[Ended] = (), own: Ended | None = None) -> Diagnosis:
-        """Diagnosis over all pieces; `own` is the result of `conclude`, where it is known.
-
-        Raises:
-            InputError: there was no sample, or a required signal was constant or missing throughout
-        """
+        """Diagnosis over all pieces; `own` is the result of `conclude`, where it is known."""
         _, concluded, effects = own or self.conclude()
         faults = [each for one in others for each in one.faults()]
         finding, conclusion = self._inputs.found(concluded, self._metadata, self.vehicle.name, faults)

@@ -79,11 +79,7 @@ class Chosen:
 
     @classmethod
     def parse(cls, text: str) -> Chosen:
-        """Choice as typed by the user: "friction", or with a variant "hysteresis:hoist".
-
-        Raises:
-            ParameterError: no such monitor or variant, or no variant where there is no default
-        """
+        """Choice as typed by the user: "friction", or with a variant "hysteresis:hoist"."""
         monitor, _, variant = text.partition(":")
         find(monitor, variant or None)
         return cls(monitor, variant)
@@ -169,11 +165,7 @@ class Runner:
                     yield block
 
     def add(self, piece: Recording) -> None:
-        """Feed the next piece of the recording to all monitors.
-
-        Raises:
-            InputError: the piece holds no samples
-        """
+        """Feed the next piece of the recording to all monitors."""
         begin, end = piece.span
         self._names |= frozenset(piece.names)
         self.span = (begin if self.span is None else self.span[0], end)
@@ -205,9 +197,6 @@ class Runner:
         """Names and conclusions of the monitors up to now; one that cannot conclude is refused.
 
         A sensor that one of them declares faulty contradicts the statements of all others that rest on it.
-
-        Args:
-            command: command line as typed by the user, for the report
         """
         for name, run in list(self.runs.items()):
             with _Refusing(self, name, run.beginning if self._every else None):

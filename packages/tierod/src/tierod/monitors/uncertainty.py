@@ -173,12 +173,7 @@ class Lanes:
         return lanes
 
     def absorb(self, aligned: Aligned, shown: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """Process one more piece and return its traces with wider bands.
-
-        Args:
-            aligned: next piece, which the session for the unperturbed vehicle has absorbed
-            shown: traces of the piece for the unperturbed vehicle
-        """
+        """Process one more piece and return its traces with wider bands."""
         if not self._seen and isinstance(self._session, BlockSession) and self._session.fitted is not None:
             self._fit(self._session.fitted)
         first = -self._seen % self._every

@@ -235,8 +235,6 @@ class DriverTorqueMonitor:
         motor_torque: Annotated[Scalar, "N*m"]
 
     class Output(NamedTuple):
-        """Estimated state of the driver's hands."""
-
         # torque of the hands [N*m] with its deviation, healthy while it is known; the evidence is the CUSUM for hands
         # on (positive) or off (negative), over the threshold
         statement: Statement

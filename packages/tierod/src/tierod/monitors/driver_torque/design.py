@@ -181,11 +181,7 @@ _POSITIVE = (
 
 
 def linear_of(parameters: Column) -> LinearSystem:
-    """The linear column of `ColumnParameters` or `TwoInertiaParameters`.
-
-    Raises:
-        ParameterError: other parameters, or inertias, stiffness or ratio that are not positive
-    """
+    """The linear column of `ColumnParameters` or `TwoInertiaParameters`."""
     if not isinstance(parameters, ColumnParameters | TwoInertiaParameters):
         raise ParameterError(
             f"the parameters are {type(parameters).__name__}; expected ColumnParameters (with gear) or "
@@ -201,13 +197,6 @@ def linear_of(parameters: Column) -> LinearSystem:
 @lru_cache(maxsize=256, typed=True)
 def design(parameters: Column, sample_time: float, tuning: ColumnTuning, hand_torque_order: int = 2) -> Designed:
     """Design the filters of the default observer.
-
-    Args:
-        hand_torque_order: 2 for a torque with a rate; 1 for a random walk, always as fast as in a jump
-
-    Raises:
-        ParameterError: the column is unstable, not observable, or too fast for the rate; the message names the
-            eigenvalue or the direction
 
     The result is cached, since a fleet needs the same filters for every recording of a car.
     """
@@ -303,9 +292,6 @@ def column_of_vehicle(vehicle: Vehicle, sample_time: float | None = None) -> Col
 
     Args:
         sample_time: sampling interval at which the column must be followed; None: not checked [s]
-
-    Raises:
-        ParameterError: parameters are missing, or leave nothing below the bar
     """
     if "gear_stiffness" in vehicle:
         column = vehicle.parameters_for(ColumnParameters)

@@ -230,8 +230,6 @@ class HandsMonitor:
     Sample = HandsSample
 
     class State(NamedTuple):
-        """State between two samples."""
-
         off: Belief  # off, on: beliefs of both hypotheses
         on: Belief
         learnt: Belief  # last belief of the wheel without hands that was beyond doubt
@@ -245,8 +243,6 @@ class HandsMonitor:
         gap: Annotated[Scalar, "s"]  # time since the last accepted sample [s]
 
     class Output(NamedTuple):
-        """Estimated state of the hands."""
-
         hands: Annotated[Scalar, ""]  # 1 on, 0 off, 0.5 uncertain
         evidence_on: Annotated[Scalar, ""]  # evidence_on, evidence_off: CUSUMs over their thresholds
         evidence_off: Annotated[Scalar, ""]

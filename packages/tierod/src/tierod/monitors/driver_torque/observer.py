@@ -153,9 +153,6 @@ class ColumnObserver:
 
         Args:
             tuning: tuning; that of a bench or of the road where None, see `usual_tuning`
-
-        Raises:
-            ParameterError: parameters are missing, or do not fit, as in `require_fit`
         """
         return cls.of_parameters(column_of_vehicle(vehicle, sample_time), sample_time, tuning or usual_tuning(vehicle))
 
@@ -167,9 +164,6 @@ class ColumnObserver:
 
         Args:
             tuning: tuning; that of a bench where None
-
-        Raises:
-            ParameterError: as in `require_fit`
         """
         made = design(parameters, sample_time, tuning or ColumnTuning())
         return cls(made.bank, Starting(made.layout))
@@ -300,9 +294,6 @@ class DelayedHandTorque:
         Args:
             tuning: tuning, that of a bench where None; its walks count where they are larger than those of
                 this module
-
-        Raises:
-            ParameterError: as in `require_fit`, or a delay shorter than a sample
         """
         if not delay >= sample_time:
             raise ParameterError(f"delay is {delay} s; expected at least a sample of {sample_time} s")

@@ -98,11 +98,7 @@ class FrictionMonitor:
         learnt_level: float | None = None,
         learnt_deviation: float = 0.0,
     ) -> FrictionMonitor:
-        """The default monitor for a vehicle, with its level from earlier drives and its standard deviation [N*m].
-
-        Raises:
-            ParameterError: the vehicle file lacks a parameter; the message names it
-        """
+        """The default monitor for a vehicle, with its level from earlier drives and its standard deviation [N*m]."""
         verdict = FrictionVerdict.of_vehicle(vehicle, sample_time, learnt_level, learnt_deviation)
         return cls(PreslidingFrictionFilter.of_vehicle(vehicle, sample_time), verdict)
 
@@ -119,11 +115,7 @@ class FrictionMonitor:
         return assemble("Friction", self.stated(result, start_time))
 
     def stated(self, result: Result, start_time: float = 0.0) -> Verdict:
-        """The verdict of a run over a recording whose first sample was at `start_time` [s].
-
-        Raises:
-            InputError: no samples
-        """
+        """The verdict of a run over a recording whose first sample was at `start_time` [s]."""
         if not len(result):
             raise InputError("the friction monitor saw no samples; check that the signals overlap in time")
         last = result.at(-1)

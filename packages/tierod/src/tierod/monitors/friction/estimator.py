@@ -398,8 +398,6 @@ class PreslidingFrictionFilter:
     """Evidence of the estimator: name with unit -> field of the estimate."""
 
     class State(NamedTuple):
-        """State of conditioning, build-up and low-pass, and the learnt coefficients."""
-
         conditioning: Any
         finite: BuildUp
         exponential: BuildUp
@@ -426,9 +424,6 @@ class PreslidingFrictionFilter:
 
         Args:
             sample_time: time between two samples [s]
-
-        Raises:
-            ParameterError: the vehicle file lacks a parameter; the message names it
         """
         parameters = replace(vehicle.parameters_for(FrictionParameters), sample_time=sample_time)
         if not vehicle.calibrated:

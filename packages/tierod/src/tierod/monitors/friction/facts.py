@@ -93,12 +93,7 @@ class FrictionRun:
 
 
 def verdict_of_run(run: FrictionRun) -> Verdict:
-    """The last statement of the block as a verdict.
-
-    Returns:
-        healthy, rising, fault; suspect where an alarm has ended, or friction exceeded a limit too late to be confirmed;
-        or why no verdict is possible: not available, not enabled, not ready, not identifiable
-    """
+    """The last statement of the block as a verdict."""
     statement, words = run.judged.statement, _figures(run)
     status = STATUSES[round(statement.status)]
     if names := obstacles(run.judged):

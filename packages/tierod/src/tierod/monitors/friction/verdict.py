@@ -211,9 +211,6 @@ class FrictionVerdict:
         """The verdict for a vehicle; without calibrated torques no absolute limit is used.
 
         The deviation of the torques' gain is that of the vehicle file, where it gives one.
-
-        Raises:
-            ParameterError: the vehicle file lacks a limit; the message names it
         """
         limits = vehicle.parameters_for(FrictionLimits) if vehicle.calibrated else None
         gain = torque_gain_deviation(vehicle)
@@ -376,9 +373,6 @@ class FrictionVerdict:
             limit: absolute limit of friction [N*m]
             deviation: standard deviation of the estimate, without misfit [N*m]
             spread: standard deviation of the limit in its margin [N*m]
-
-        Returns:
-            the friction [N*m] that equals the limit after its margin is subtracted
         """
         share = 1.0 - (self.margin * self.tuning.gain_deviation) ** 2
         # Solves friction - margin(friction) = limit, a quadratic since the gain error scales with friction.

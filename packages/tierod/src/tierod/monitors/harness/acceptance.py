@@ -25,10 +25,6 @@ def refuse_unsuitable(monitor: Monitor, vehicle: Vehicle | None, piece: Recordin
 
     Args:
         vehicle: vehicle whose file may allow torques in counts; None if none is given
-        piece: first piece of the recording, with all derived signals
-
-    Raises:
-        InputError: a required signal is missing or in counts; the message names the signal and the remedy
     """
     missing = [name for name in monitor.required if name not in piece]
     if missing:
@@ -209,12 +205,7 @@ def _refusal(monitor: Monitor, variant: Variant, vehicle: Vehicle | None, record
 
 
 def _refusal_of_session(suited: Monitor, variant: Variant, vehicle: Vehicle, recording: Recording, whole: bool) -> str:
-    """Reason why the session of a variant would state nothing; "" if it states a result.
-
-    Raises:
-        InputError: the session refuses the recording
-        ParameterError: the variant cannot run with this vehicle
-    """
+    """Reason why the session of a variant would state nothing; "" if it states a result."""
     session, (start, end), age = opened(suited, variant, vehicle), recording.span, suited.maximum_age
     session.refuse(recording.align(session.signals, suited.rate, maximum_age=age, start=start, stop=start + SEEN))
     if not whole:

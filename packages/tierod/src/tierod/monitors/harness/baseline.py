@@ -67,11 +67,7 @@ def _level(text: str) -> Baseline:
 
 
 def store_baseline(level: Baseline, path: str | Path) -> Path:
-    """Write a baseline to a file, whole or not at all.
-
-    Raises:
-        OutputError: the file cannot be written
-    """
+    """Write a baseline to a file, whole or not at all."""
     content = {name: value for name, value in dataclasses.asdict(level).items() if value is not None}
     return write_text(path, json.dumps({"schema": SCHEMA, **content}, indent=2) + "\n")
 
@@ -80,12 +76,6 @@ def keep_first(level: Baseline, path: str | Path) -> str:
     """Write a baseline if its file does not exist yet.
 
     An existing file is never changed, so that a slow fault cannot become part of the baseline.
-
-    Returns:
-        outcome, in a sentence
-
-    Raises:
-        OutputError: the file cannot be written, or another program does not release its folder
     """
     with holding(path) as place:
         if place.exists():
@@ -98,11 +88,7 @@ def keep_first(level: Baseline, path: str | Path) -> str:
 
 
 def refuse_foreign(level: Baseline, vehicle: str, monitor: str, path: str | Path = "the stored level") -> None:
-    """Refuse a baseline of another vehicle or another monitor.
-
-    Raises:
-        InputError: vehicle or monitor differ; the message names both
-    """
+    """Refuse a baseline of another vehicle or another monitor."""
     for what, stored, wanted in (("vehicle", level.vehicle, vehicle), ("monitor", level.monitor, monitor)):
         if stored != wanted:
             raise InputError(

@@ -102,11 +102,7 @@ class Decision:
         return f"designed: one in {wanted} {unit}; demonstrated: {shown}"
 
     def part_of(self, session: Any) -> Any:
-        """Part of a session that decides; None if the vehicle does not have that part.
-
-        Raises:
-            AttributeError: the session has no such attribute
-        """
+        """Part of a session that decides; None if the vehicle does not have that part."""
         return attrgetter(self.place)(session) if self.place else session
 
     def departures(self, session: Any) -> tuple[str, ...]:

@@ -268,11 +268,7 @@ class InputChecks:
         self._paced = False
 
     def refuse_slow(self) -> None:
-        """Refuse required signals with a low sampling rate; checks with every piece until all rates are known.
-
-        Raises:
-            InputError: a signal comes at less than the minimum rate of the monitor
-        """
+        """Refuse required signals with a low sampling rate; checks with every piece until all rates are known."""
         if not self._paced:
             self._paced = self.quality.refuse_slow(self.monitor.required, self.monitor.minimum_rate)
 

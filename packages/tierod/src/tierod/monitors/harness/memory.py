@@ -60,18 +60,7 @@ class MemoryFeed:
         code_courses: Mapping[str, Sequence[StatusChange]] | None = None,
         recording: str = "",
     ) -> str:
-        """Write the run as one operation cycle: every status as a test result, and the verdict as the last one.
-
-        Args:
-            code_courses: changes of the verdicts of single trouble codes by name, used in place of `course`
-
-        Returns:
-            outcome, in a sentence
-
-        Raises:
-            InputError: the memory contains the recording already, or its file was damaged meanwhile
-            OutputError: the memory cannot be written
-        """
+        """Write the run as one operation cycle: every status as a test result, and the verdict as the last one."""
         time, results, signals = self.collected(diagnosis, course, code_courses)
         # Opened here, not kept since the beginning: other recordings of the vehicle may have been judged meanwhile.
         with FaultMemory.changing(self.path, self.vehicle, load_trouble_codes()) as memory:

@@ -18,17 +18,7 @@ SHORT = 1.0  # Duration of a recording that is read to obtain its metadata [s]
 
 
 def vehicle_named_in(source: Recording | str | Path, dbc: Any = None, channel_map: Any = None) -> str:
-    """Name of the shipped vehicle that the metadata of a recording name.
-
-    Args:
-        source: a recording, or the path of one
-        dbc: path(s) of CAN databases
-
-    Raises:
-        InputError: the recording cannot be read, or only with the databases of a vehicle; or it is a pipe, which can be
-            read only once
-        ParameterError: the recording names no shipped vehicle, so that the user has to
-    """
+    """Name of the shipped vehicle that the metadata of a recording name."""
     metadata = source.metadata if isinstance(source, Recording) else _metadata(source, dbc, channel_map)
     named = [metadata[key] for key in KEYS if isinstance(metadata.get(key), str)]
     for name in named:

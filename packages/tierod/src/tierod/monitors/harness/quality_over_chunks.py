@@ -133,9 +133,6 @@ class QualityOverChunks:
 
         Args:
             minimum_rate: minimum sampling rate of each [Hz]
-
-        Returns:
-            whether the rate of every required signal is known, which takes two samples of each
         """
         names, rates = tuple(required), self.rates()
         for name in (name for name in names if name in rates):

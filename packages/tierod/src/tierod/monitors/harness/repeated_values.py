@@ -36,7 +36,6 @@ def repeated(run: EqualValues, value: Scalar, moves: Scalar, sample_time: float,
     """State of a signal after one sample; a missing sample changes nothing.
 
     Args:
-        value: value of the signal; not finite if missing
         sample_time: sampling interval [s]
         residue: difference up to which values count as equal [unit of the signal], see `residue_of`
     """
@@ -65,7 +64,6 @@ def is_changing(run: EqualValues, value: Scalar, jitter: Scalar) -> Scalar:
     """Whether a signal is present and changes with practically every sample.
 
     Args:
-        value: value of the signal; not finite if missing
         jitter: longest run of equal values of such a signal [s]
     """
     return both(present(value), run.seconds < jitter)

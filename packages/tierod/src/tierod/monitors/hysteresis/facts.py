@@ -40,8 +40,6 @@ def torque_defects(
 
     Args:
         driver_torque, motor_torque: torques of a standing car [N*m], (n,); NaN where missing
-        limits: limits of the ratio of the torques; virtual cars on hoist and ground give 0.97 to 1.00, with 2
-            to 12 N*m of friction
     """
     limits = limits or GainLimits()
     p = AssistCharacteristic.of(vehicle)

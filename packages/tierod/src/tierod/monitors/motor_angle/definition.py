@@ -133,9 +133,6 @@ class MotorAngleMonitor:
 
         Args:
             voltages: source of the observer's voltages; measured ones where None
-
-        Raises:
-            ParameterError: a parameter is missing or invalid
         """
         voltages = voltages or MotorVoltages()
         observer = MotorAngleObserver.of_vehicle(vehicle, sample_time, commanded=voltages.source != MEASURED)

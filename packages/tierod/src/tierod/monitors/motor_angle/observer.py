@@ -321,12 +321,7 @@ class MotorAngleObserver:
         """The observer of a vehicle's motor.
 
         Args:
-            vehicle: vehicle with the parameters of `SampledMotorParameters`, or of
-                `CommandedMotorParameters`
             tuning: tuning; the default where None
-
-        Raises:
-            ParameterError: a parameter is missing or invalid
         """
         kind = CommandedMotorParameters if commanded else SampledMotorParameters
         parameters = replace(vehicle.parameters_for(kind), sample_time=sample_time)

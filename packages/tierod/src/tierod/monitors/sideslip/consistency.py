@@ -57,11 +57,7 @@ class Expected(NamedTuple):
 
 
 def expected(vehicle: Vehicle, tolerances: Tolerances | None = None) -> Expected:
-    """Expected observables of a vehicle file.
-
-    Args:
-        vehicle: vehicle; parameters without a standard deviation take that of its class
-    """
+    """Expected observables of a vehicle file."""
     limits = tolerances or Tolerances()
     car, _ = with_spread(vehicle)
     length = car["front_distance"] + car["rear_distance"]

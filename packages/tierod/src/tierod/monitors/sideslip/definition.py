@@ -80,11 +80,7 @@ class SideslipMonitor:
 
     @classmethod
     def of_vehicle(cls, estimator: Block, vehicle: Vehicle) -> Self:
-        """The estimator with ratio and actuator of a vehicle file.
-
-        Raises:
-            ParameterError: the file lacks one of them
-        """
+        """The estimator with ratio and actuator of a vehicle file."""
         actuator = vehicle.parameters_for(Actuator) if BY_WIRE in vehicle else None
         return cls(estimator, vehicle["steering_ratio"], actuator)
 
@@ -352,11 +348,7 @@ SLOWEST_BY_WIRE = 33.0
 
 
 def refuse_slow(rate: float, slowest: float) -> None:
-    """Refuse a recording that comes too slowly for a variant, both in Hz.
-
-    Raises:
-        ParameterError: the rate is below the slowest one
-    """
+    """Refuse a recording that comes too slowly for a variant, both in Hz."""
     if rate < slowest:
         raise ParameterError(
             f"it needs vehicle_speed and yaw_rate at {slowest:g} Hz or more, but has {rate:g} Hz; record them faster"

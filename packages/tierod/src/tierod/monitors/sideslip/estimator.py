@@ -297,14 +297,9 @@ class CombinedSideslip:
         """The estimator for a vehicle file.
 
         Args:
-            vehicle: vehicle with mass, yaw inertia, distances and cornering stiffnesses at least, see
-                `LateralParameters`
             tuning: tuning; the default with the noises of the vehicle file where None
             steering: whether the road wheels' motion is estimated from the actuator's torque; where None,
                 if the vehicle file gives `road_wheel_inertia`
-
-        Raises:
-            ParameterError: the vehicle file lacks a parameter, or the sample time is not positive
         """
         steering = "road_wheel_inertia" in vehicle if steering is None else steering
         tuning = tuning_of(vehicle) if tuning is None else tuning
@@ -314,11 +309,7 @@ class CombinedSideslip:
     def of_parameters(
         cls, car: LateralParameters, sample_time: float, tuning: CombinedTuning | None = None, steering: bool = False
     ) -> Self:
-        """The estimator from given parameters; arguments as in `of_vehicle`.
-
-        Raises:
-            ParameterError: the sample time is not positive
-        """
+        """The estimator from given parameters; arguments as in `of_vehicle`."""
         if not 0.0 < sample_time <= 0.05:
             raise ParameterError(
                 f"the sample time of the sideslip estimator is {sample_time} s; it needs more than 0 and at most 0.05 s"

@@ -159,8 +159,6 @@ class SideslipDrive:
         """Add the next piece, (n,) each.
 
         Args:
-            running: where the estimator ran; without speed and yaw rate its outputs are predictions and do not count
-            reverses: where the car is known to reverse
             contradictions: whether to test signals against each other and against the vehicle's parameters
         """
         speed, yaw_rate = signals["vehicle_speed"], signals["yaw_rate"]
