@@ -26,7 +26,7 @@ from tierod.fleet.places import Found, place_of
 from tierod.fleet.results import findings_of
 from tierod.fleet.running import run
 from tierod.fleet.task import _about, _stream, part_of
-from tierod.monitors.harness.pieces import pieces_of
+from tierod.monitors.pieces import pieces_of
 from tierod.monitors.runner import Chosen, usual
 from tierod.vehicles import load
 from tierod.work.cluster import workers_of

@@ -12,8 +12,8 @@ import numpy as np
 from benchmarks.timing import in_lanes, row, single
 from tierod.core.graph.printer import LANES
 from tierod.io.derive import complete
-from tierod.monitors.harness.session import BlockSession, opened
 from tierod.monitors.registry import MONITORS
+from tierod.monitors.session import BlockSession, opened
 from tierod.vehicles import load
 from tierod_lab.ground import drive
 

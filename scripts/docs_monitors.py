@@ -14,9 +14,9 @@ from docs_text import names, page, table
 
 from tierod.core.signals import SIGNALS
 from tierod.diagnosis.trouble_codes import load_trouble_codes
-from tierod.monitors.harness.session import Monitor
-from tierod.monitors.needs import Reading, readings
+from tierod.monitors.inspection import Reading, readings
 from tierod.monitors.registry import MONITORS
+from tierod.monitors.session import Monitor
 from tierod.vehicles import QUANTITIES, load, shipped
 
 EXPLANATION = {name: f"../../explanation/{name}.md" for name in MONITORS}

@@ -11,7 +11,7 @@ import numpy as np
 from tierod.core.block import Scalar
 from tierod.core.facts import Verdict
 from tierod.core.findings import Element, Estimate, Status
-from tierod.monitors.harness.session import BlockSession, Conclusion, Monitor, Variant
+from tierod.monitors.session import BlockSession, Conclusion, Monitor, Variant
 from tierod.vehicles import load
 
 OWN = 0.01

@@ -13,7 +13,7 @@ from tierod.core.findings import Element, Status
 from tierod.core.graph.maths import floor
 from tierod.core.recording import Channel, Recording
 from tierod.core.statement import STATUSES, Statement
-from tierod.monitors.harness.session import BlockSession, Conclusion, Monitor, Variant
+from tierod.monitors.session import BlockSession, Conclusion, Monitor, Variant
 
 BASE = 10.0
 """Speed of the first status [m/s]."""

@@ -22,8 +22,8 @@ from tierod.core.graph import compiler
 from tierod.core.graph.kernel_cache import Bounds, KernelCache
 from tierod.core.recording import Aligned, Recording
 from tierod.diagnosis.fault_memory import FaultMemory
-from tierod.monitors.harness.baseline import Baseline, keep_first, load_baseline
-from tierod.monitors.harness.memory import MemoryFeed
+from tierod.monitors.baseline import Baseline, keep_first, load_baseline
+from tierod.monitors.memory import MemoryFeed
 from tierod_lab.campaign.store import Store
 
 VEHICLE = "midsize-eps"

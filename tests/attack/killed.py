@@ -60,7 +60,7 @@ def _whole_memory(path: Path) -> None:
 
 
 def _whole_baseline(path: Path) -> None:
-    from tierod.monitors.harness.baseline import load_baseline
+    from tierod.monitors.baseline import load_baseline
 
     load_baseline(path)
 

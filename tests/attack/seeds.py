@@ -292,7 +292,7 @@ def vendor_files(kind: str) -> dict[str, bytes]:
 
 def user_files() -> dict[str, dict[str, bytes]]:
     """Of each kind of file that a user writes or keeps, by name of the target."""
-    from tierod.monitors.harness.baseline import Baseline, store_baseline
+    from tierod.monitors.baseline import Baseline, store_baseline
 
     package, lab = (Path(__import__(each).__file__).parent for each in ("tierod", "tierod_lab"))
     shipped = {

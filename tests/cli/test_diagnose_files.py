@@ -9,7 +9,7 @@ from tierod.cli import main
 from tierod.core.recording import Recording
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.io.writers import write
-from tierod.monitors.harness.baseline import Baseline, load_baseline, store_baseline
+from tierod.monitors.baseline import Baseline, load_baseline, store_baseline
 from tierod.monitors.run import Run
 
 

@@ -10,8 +10,8 @@ from tierod.core.findings import Diagnosis, Finding, Status
 from tierod.core.recording import Aligned
 from tierod.diagnosis.entry import CodeStatus
 from tierod.diagnosis.fault_memory import FaultMemory
-from tierod.monitors.harness.memory import MemoryFeed
-from tierod.monitors.harness.session import StatusChange
+from tierod.monitors.memory import MemoryFeed
+from tierod.monitors.session import StatusChange
 
 
 @pytest.fixture

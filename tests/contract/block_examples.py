@@ -37,7 +37,6 @@ from tierod.monitors.friction.definition import FrictionMonitor
 from tierod.monitors.friction.estimator import PreslidingFrictionFilter
 from tierod.monitors.friction.signals import SteeringConditioning, SteeringSample
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
-from tierod.monitors.harness.stuck import StuckSignals
 from tierod.monitors.motor_angle.comparison import (
     ElectricalChecks,
     Increments,
@@ -52,6 +51,7 @@ from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superpos
 from tierod.monitors.own_car import BalanceRows
 from tierod.monitors.sideslip.definition import SideslipMonitor
 from tierod.monitors.sideslip.estimator import CombinedSideslip
+from tierod.monitors.stuck import StuckSignals
 from tierod.vehicles import load
 from tierod_lab.methods.stationary import StationaryFilter
 from tierod_lab.methods.unscented import UnscentedFilter

@@ -7,7 +7,7 @@ import pytest
 
 from tierod.core.errors import ParameterError
 from tierod.methods.detectors import Cusum, GeometricAverage, HeldThreshold, LikelihoodRatio, SequentialTest
-from tierod.monitors.harness.decision import OwnRule
+from tierod.monitors.decision import OwnRule
 from tierod.monitors.registry import MONITORS
 from tierod.vehicles import load, shipped
 

@@ -13,7 +13,7 @@ from tierod.core.findings import Status
 from tierod.core.recording import Channel
 from tierod.core.shown import shown
 from tierod.io.readers import read
-from tierod.monitors.harness.baseline import Baseline
+from tierod.monitors.baseline import Baseline
 from tierod.monitors.registry import MONITORS
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
 from tierod.report.diagnosis import deciding, render

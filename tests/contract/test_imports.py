@@ -25,7 +25,6 @@ LAYERS = (
     {"export", "live", "report"},
     {"work"},
     {"monitors"},
-    {"monitors.harness"},
     {"diagnosis"},
     {"methods", "io", "vehicles"},
     {"models"},
@@ -187,8 +186,6 @@ def test_every_package_has_its_place():
     [
         ("monitors", "methods", True),
         ("methods", "monitors", False),
-        ("monitors", "monitors.harness", True),
-        ("monitors.harness", "monitors", False),
         ("monitors", "lab.papers", False),
         ("report", "lab.papers", False),
         ("export", "monitors", True),

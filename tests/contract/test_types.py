@@ -11,7 +11,7 @@ ROOTS = tuple(Path(package.__file__).parent for package in (tierod, tierod_lab))
 UNTYPED = frozenset(
     {
         "monitors.friction",
-        "monitors.harness",
+        "monitors",
         "lab.papers.sideslip",
     }
 )

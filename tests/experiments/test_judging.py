@@ -11,8 +11,8 @@ from driven import drive
 from tierod.core.facts import Verdict
 from tierod.core.recording import Channel, Recording
 from tierod.core.statuses import Status
-from tierod.monitors.harness.session import Conclusion, Monitor, StatusChange, Variant
 from tierod.monitors.runner import find
+from tierod.monitors.session import Conclusion, Monitor, StatusChange, Variant
 from tierod.vehicles import load
 from tierod_lab.campaign.judging import Judged, Window, from_plain, judge, plain
 from tierod_lab.ground import FrictionCourse

@@ -14,8 +14,8 @@ from tierod.core.findings import Finding, Status
 from tierod.core.recording import Channel, Recording
 from tierod.io.quality import channel_quality
 from tierod.monitors.diagnose import diagnose
-from tierod.monitors.harness.quality_over_chunks import QualityOverChunks
 from tierod.monitors.inspection import inspect
+from tierod.monitors.pieces import QualityOverChunks
 from tierod_lab.ground import drive, lock_to_lock
 from tierod_lab.ground.scenarios import load
 

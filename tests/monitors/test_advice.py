@@ -14,8 +14,8 @@ from tierod.core.findings import Diagnosis
 from tierod.core.recording import Recording
 from tierod.core.statuses import Status
 from tierod.io.writers import write
+from tierod.monitors.baseline import Baseline
 from tierod.monitors.diagnose import diagnose
-from tierod.monitors.harness.baseline import Baseline
 from tierod.vehicles import Vehicle, load
 from tierod_lab.ground import drive
 from tierod_lab.ground.scenarios import load as load_scenario

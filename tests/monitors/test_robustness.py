@@ -6,8 +6,8 @@ import pytest
 
 from tierod.core.facts import Fact, Verdict, assemble
 from tierod.core.findings import Element, Estimate, Finding, Status
-from tierod.monitors.harness.session import Conclusion
 from tierod.monitors.robustness import robust
+from tierod.monitors.session import Conclusion
 from tierod.monitors.uncertainty import Effects
 from tierod.vehicles import Vehicle, load
 

@@ -10,8 +10,8 @@ import pytest
 from tierod.core.findings import Finding
 from tierod.core.recording import Recording
 from tierod.core.statuses import Status
+from tierod.monitors.baseline import Baseline
 from tierod.monitors.diagnose import diagnose
-from tierod.monitors.harness.baseline import Baseline
 from tierod.vehicles import Parameter, Vehicle, load
 from tierod_lab.ground import drive, lock_to_lock
 

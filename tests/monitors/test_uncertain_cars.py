@@ -13,8 +13,8 @@ from tierod.core.statuses import Status
 from tierod.io.readers import read
 from tierod.monitors import uncertainty
 from tierod.monitors.diagnose import diagnose
-from tierod.monitors.harness.session import opened
 from tierod.monitors.runner import find
+from tierod.monitors.session import opened
 from tierod.monitors.uncertainty import Uncertain
 from tierod.vehicles import Vehicle, load
 from tierod.vehicles.uncertain import WatchedParameters, may_move

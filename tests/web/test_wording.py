@@ -4,7 +4,7 @@ import pytest
 
 from tierod.core.errors import InputError, ParameterError
 from tierod.io.readers import read
-from tierod.monitors.harness.named_vehicle import vehicle_named_in
+from tierod.monitors.acceptance import vehicle_named_in
 from tierod.web.errors import in_the_page
 from tierod_lab.web.scenarios import drive
 

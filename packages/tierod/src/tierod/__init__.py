@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from tierod.io.readers import read
     from tierod.io.writers import write
     from tierod.monitors.diagnose import diagnose
-    from tierod.monitors.harness.session import BlockSession, Conclusion, Monitor, Variant
     from tierod.monitors.inspection import inspect
+    from tierod.monitors.session import BlockSession, Conclusion, Monitor, Variant
     from tierod.report import to_json, write_html
     from tierod.report.identification import identify
     from tierod.report.isolability import analyse as isolability
@@ -40,20 +40,20 @@ if TYPE_CHECKING:
     simulate: Any
 
 _HOMES = {
-    "BlockSession": "tierod.monitors.harness.session",
+    "BlockSession": "tierod.monitors.session",
     "Channel": "tierod.core.recording",
-    "Conclusion": "tierod.monitors.harness.session",
+    "Conclusion": "tierod.monitors.session",
     "Diagnosis": "tierod.core.findings",
     "Estimate": "tierod.core.findings",
     "Fact": "tierod.core.facts",
     "Finding": "tierod.core.findings",
     "InputError": "tierod.core.errors",
-    "Monitor": "tierod.monitors.harness.session",
+    "Monitor": "tierod.monitors.session",
     "Recording": "tierod.core.recording",
     "Status": "tierod.core.findings",
     "Stream": "tierod.core.graph",
     "TierodError": "tierod.core.errors",
-    "Variant": "tierod.monitors.harness.session",
+    "Variant": "tierod.monitors.session",
     "Vehicle": "tierod.vehicles",
     "Verdict": "tierod.core.facts",
     "__version__": "tierod.core.version",

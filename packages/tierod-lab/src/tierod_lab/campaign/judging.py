@@ -14,10 +14,10 @@ import numpy as np
 from tierod.core.findings import Finding
 from tierod.core.recording import Recording
 from tierod.core.statuses import Status
+from tierod.monitors.baseline import Baseline
 from tierod.monitors.diagnose import OverTime
-from tierod.monitors.harness.baseline import Baseline
-from tierod.monitors.harness.session import Monitor, StatusChange, Variant
 from tierod.monitors.run import Run
+from tierod.monitors.session import Monitor, StatusChange, Variant
 from tierod.vehicles import Vehicle
 from tierod_lab.campaign.figures import Moments, area_under_curve
 from tierod_lab.campaign.matrix import FAULT, FAULT_FREE, SIZE, is_at

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from tierod.monitors.harness.session import Monitor, Variant
+from tierod.monitors.session import Monitor, Variant
 from tierod.vehicles import Vehicle
 from tierod.work.fingerprint import fingerprint
 from tierod_lab.campaign.code import ground_code, judging_code

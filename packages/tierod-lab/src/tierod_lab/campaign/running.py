@@ -14,7 +14,7 @@ from tierod.core.errors import CompileError, MissingExtra, OutputError, TierodEr
 from tierod.core.graph.kernel import kernel
 from tierod.core.recording import Recording
 from tierod.core.version import __version__
-from tierod.monitors.harness.baseline import Baseline
+from tierod.monitors.baseline import Baseline
 from tierod.work.pool import Failure, Passing, Workers
 from tierod_lab.campaign.code import ground_code, judging_code
 from tierod_lab.campaign.judging import Window, judge, plain

@@ -239,7 +239,7 @@ def _refuse_options_of_one(options: Mapping[str, object], alone: bool) -> None:
 def _named_in(recording: Path, dbc: list[Path] | None, channel_map: Path | None) -> str:
     """Name of the vehicle that a recording states; prints a message with the name."""
     from tierod.cli.terminal import print_remark
-    from tierod.monitors.harness.named_vehicle import vehicle_named_in
+    from tierod.monitors.acceptance import vehicle_named_in
 
     name = vehicle_named_in(recording, dbc or None, channel_map)
     print_remark(f"vehicle: {name}, named by the recording; choose another with --vehicle")

@@ -14,7 +14,7 @@ from tierod.cli.terminal import messages, output, print_json, print_remark, prog
 if TYPE_CHECKING:
     from tierod.core.findings import ChannelQuality
     from tierod.io.proposal import Proposal
-    from tierod.monitors.harness.acceptance import Readiness
+    from tierod.monitors.acceptance import Readiness
     from tierod.monitors.inspection import Inspection
     from tierod.vehicles import Vehicle
 

@@ -12,9 +12,9 @@ from tierod.cli.terminal import output, print_json, progress, rows
 from tierod.core.shown import written
 
 if TYPE_CHECKING:
-    from tierod.monitors.harness.decision import Decision
-    from tierod.monitors.harness.session import Monitor
-    from tierod.monitors.needs import Lacking
+    from tierod.monitors.decision import Decision
+    from tierod.monitors.inspection import Lacking
+    from tierod.monitors.session import Monitor
     from tierod.vehicles import Parameter, Vehicle
 
 
@@ -42,7 +42,7 @@ def monitors(
 
 def _for_vehicle(name: str | None, vehicle: str, json: bool) -> None:
     """Print the requirements of every variant that a vehicle does not meet."""
-    from tierod.monitors.needs import lacking
+    from tierod.monitors.inspection import lacking
     from tierod.monitors.registry import MONITORS
     from tierod.vehicles import load
 

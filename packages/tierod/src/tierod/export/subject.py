@@ -22,9 +22,9 @@ from tierod.core.graph.state import BankState
 from tierod.core.signals import SIGNALS
 from tierod.core.version import __version__
 from tierod.monitors.diagnose import usual_monitor
-from tierod.monitors.harness.session import opened
 from tierod.monitors.registry import MONITORS
 from tierod.monitors.runner import find
+from tierod.monitors.session import opened
 from tierod.vehicles import Vehicle, load
 
 _ENTRY = re.compile(r"^    (\w+(?:, \w+)*): (.*)$")

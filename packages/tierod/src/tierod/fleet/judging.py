@@ -16,7 +16,7 @@ from tierod.core.timestamps import CALENDAR
 from tierod.core.version import __version__
 from tierod.fleet.likeness import TEMPERATURE, Moments
 from tierod.fleet.schema import WHOLE
-from tierod.monitors.harness.pieces import CHUNK
+from tierod.monitors.pieces import CHUNK
 from tierod.monitors.runner import Chosen, Concluded, Runner
 from tierod.vehicles import Vehicle
 from tierod.work.fingerprint import fingerprint

@@ -11,8 +11,8 @@ import numpy as np
 
 from tierod.core.files import sha256_of
 from tierod.core.version import __version__
-from tierod.monitors.harness.session import Monitor
 from tierod.monitors.registry import MONITORS
+from tierod.monitors.session import Monitor
 from tierod.vehicles import Vehicle
 from tierod.work.fingerprint import fingerprint, verdict_code
 

@@ -25,7 +25,7 @@ from tierod.fleet.judging import Asked, Judgement, TooShort, chunk, judge
 from tierod.fleet.likeness import TEMPERATURE
 from tierod.fleet.places import LOCAL, Found, Place, of_storage, protocol_of, reason_of, storage_of
 from tierod.fleet.stamps import code, vehicle_digest
-from tierod.monitors.harness.pieces import pieces_of
+from tierod.monitors.pieces import pieces_of
 from tierod.vehicles import Vehicle
 from tierod.work.fingerprint import fingerprint
 from tierod.work.pool import Passing
@@ -182,7 +182,7 @@ def _loaded(parameters: str) -> Vehicle:
 
 def _judged(job: Job, path: Path, assigned: Assigned, row: dict[str, Any]) -> bytes:
     """Stored or new findings of a recording; the facts for the ledger are added to the row."""
-    from tierod.monitors.harness.named_vehicle import vehicle_named_in
+    from tierod.monitors.acceptance import vehicle_named_in
 
     car = _loaded(assigned.parameters or vehicle_named_in(path))
     digest = vehicle_digest(car)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from cantools.database.can import Message
 
     from tierod.live.log import FrameLog
-    from tierod.monitors.harness.memory import MemoryFeed
+    from tierod.monitors.memory import MemoryFeed
 
 Say = Callable[[str, Mapping[str, Any]], None]  # Function that receives an event: its kind and its content
 

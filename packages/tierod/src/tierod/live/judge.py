@@ -12,11 +12,11 @@ import numpy as np
 from tierod.core.errors import TierodError
 from tierod.core.findings import Diagnosis, Status
 from tierod.core.recording import Recording
-from tierod.monitors.harness.baseline import Baseline, load_baseline
-from tierod.monitors.harness.memory import MemoryFeed
-from tierod.monitors.harness.session import opened
+from tierod.monitors.baseline import Baseline, load_baseline
+from tierod.monitors.memory import MemoryFeed
 from tierod.monitors.run import Ended, Run, channels_of
 from tierod.monitors.runner import find
+from tierod.monitors.session import opened
 from tierod.vehicles import Vehicle
 
 HISTORY, SPACING = 24, 2.0  # Number of past values of each estimate kept for the terminal, and time between them [s]

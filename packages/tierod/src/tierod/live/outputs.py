@@ -21,11 +21,11 @@ from tierod.live.engine import Engine
 from tierod.live.events import Hub
 from tierod.live.judge import Judge, Plan
 from tierod.live.log import FrameLog, is_unfinished
+from tierod.monitors.baseline import keep_first
 from tierod.monitors.diagnose import Judged, NotRun
-from tierod.monitors.harness.baseline import keep_first
 
 if TYPE_CHECKING:
-    from tierod.monitors.harness.memory import MemoryFeed
+    from tierod.monitors.memory import MemoryFeed
     from tierod.report.html import Origin
 
 Results = tuple[np.ndarray, dict[str, np.ndarray], dict[str, np.ndarray]]

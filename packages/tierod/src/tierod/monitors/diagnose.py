@@ -13,14 +13,13 @@ import numpy as np
 from tierod.core.errors import InputError
 from tierod.core.findings import Diagnosis, Status
 from tierod.core.recording import Channel, Recording
-from tierod.monitors.harness.acceptance import refusals, taken
-from tierod.monitors.harness.baseline import Baseline, keep_first, load_baseline
-from tierod.monitors.harness.named_vehicle import vehicle_named_in
-from tierod.monitors.harness.pieces import joined, pieces_of, share_read
-from tierod.monitors.harness.session import Monitor, Variant
+from tierod.monitors.acceptance import refusals, taken, vehicle_named_in
+from tierod.monitors.baseline import Baseline, keep_first, load_baseline
+from tierod.monitors.pieces import joined, pieces_of, share_read
 from tierod.monitors.registry import MONITORS
 from tierod.monitors.run import Run
 from tierod.monitors.runner import Chosen, Runner, find, read_by_any, usual
+from tierod.monitors.session import Monitor, Variant
 from tierod.vehicles import Vehicle, load
 
 

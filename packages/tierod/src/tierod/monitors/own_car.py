@@ -33,7 +33,7 @@ from tierod.monitors.friction.estimator import (
     regressors,
 )
 from tierod.monitors.friction.signals import SAMPLE_TIME, SteeringConditioning, SteeringSample
-from tierod.monitors.harness.inputs import InputDefects
+from tierod.monitors.inputs import InputDefects
 from tierod.physics.friction import RELAXED, BuildUp, build_ups
 from tierod.vehicles import Vehicle
 from tierod.vehicles.vehicle import Parameter

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from tierod.core.plugins import Registry
-from tierod.monitors.harness.session import Monitor, Variant
+from tierod.monitors.session import Monitor, Variant
 
 _OWN = {
     "friction": "tierod.monitors.friction.definition:FRICTION",

@@ -12,7 +12,7 @@ from tierod.core.facts import GUESSES, Fact, Verdict
 from tierod.core.findings import Element, Estimate, ParameterEffect, Status
 from tierod.core.shown import in_words as value_in_words
 from tierod.core.shown import shown, written
-from tierod.monitors.harness.session import Conclusion
+from tierod.monitors.session import Conclusion
 from tierod.monitors.uncertainty import SMALLEST, Effects
 from tierod.vehicles.uncertain import may_move
 from tierod.vehicles.vehicle import SHIPPED, Vehicle

@@ -20,13 +20,13 @@ from tierod.core.version import __version__
 from tierod.io.derive import complete, ingredients
 from tierod.io.readers import SHARE_READ
 from tierod.methods.relations import witnesses
-from tierod.monitors.harness.acceptance import refuse_unsuitable
-from tierod.monitors.harness.baseline import Baseline, refuse_foreign
-from tierod.monitors.harness.decision import Passing, decided
-from tierod.monitors.harness.inputs import InputChecks
-from tierod.monitors.harness.pieces import CHUNK, OVERLAP, Silence, joined, together
-from tierod.monitors.harness.quality_over_chunks import Shared
-from tierod.monitors.harness.session import (
+from tierod.monitors.acceptance import refuse_unsuitable
+from tierod.monitors.baseline import Baseline, refuse_foreign
+from tierod.monitors.decision import Passing, decided
+from tierod.monitors.inputs import InputChecks
+from tierod.monitors.pieces import CHUNK, OVERLAP, Shared, Silence, joined, together
+from tierod.monitors.robustness import exact, robust
+from tierod.monitors.session import (
     BlockSession,
     Conclusion,
     Monitor,
@@ -36,13 +36,12 @@ from tierod.monitors.harness.session import (
     Variant,
     opened,
 )
-from tierod.monitors.robustness import exact, robust
 from tierod.monitors.uncertainty import Lanes, Uncertain
 from tierod.vehicles import Vehicle
 from tierod.vehicles.uncertain import in_words
 
 if TYPE_CHECKING:
-    from tierod.monitors.harness.memory import MemoryFeed, SampleDigest
+    from tierod.monitors.memory import MemoryFeed, SampleDigest
 
 
 SETTLING = 2.0
@@ -125,7 +124,7 @@ class Run:
         self.feed: MemoryFeed | None = None
         self._digest: SampleDigest | None = None
         if memory:
-            from tierod.monitors.harness import memory as cycles  # slow to import, and few runs have a memory
+            from tierod.monitors import memory as cycles  # slow to import, and few runs have a memory
 
             self.feed = cycles.MemoryFeed(memory, vehicle.name, monitor.name)
             self._digest = cycles.SampleDigest(cycles.read_by_all(monitor))

@@ -11,12 +11,11 @@ from tierod.core.block import Block
 from tierod.core.errors import InputError, ParameterError, nearest
 from tierod.core.findings import Diagnosis
 from tierod.core.recording import Recording
-from tierod.monitors.harness.acceptance import Readiness, refusals, unable
-from tierod.monitors.harness.pieces import OVERLAP, share_read
-from tierod.monitors.harness.quality_over_chunks import Shared
-from tierod.monitors.harness.session import Monitor, Variant, opened
+from tierod.monitors.acceptance import Readiness, refusals, unable
+from tierod.monitors.pieces import OVERLAP, Shared, share_read
 from tierod.monitors.registry import MONITORS, obstacle
 from tierod.monitors.run import Run, channels_of
+from tierod.monitors.session import Monitor, Variant, opened
 from tierod.vehicles import Vehicle
 
 

@@ -24,9 +24,9 @@ from tierod.core.graph.lanes import FEWEST, SideBySide
 from tierod.core.graph.printer import LANES
 from tierod.core.graph.trace import Interface
 from tierod.core.recording import Aligned
-from tierod.monitors.harness.baseline import Baseline
-from tierod.monitors.harness.decision import Decision
-from tierod.monitors.harness.session import BlockSession, Conclusion, Monitor, Session, Variant, opened
+from tierod.monitors.baseline import Baseline
+from tierod.monitors.decision import Decision
+from tierod.monitors.session import BlockSession, Conclusion, Monitor, Session, Variant, opened
 from tierod.vehicles.uncertain import BOUND, FREE, WatchedParameters, bound_distance, may_move, moved, with_spread
 from tierod.vehicles.vehicle import Vehicle
 

@@ -23,7 +23,7 @@ from tierod.io.formats import plain
 from tierod.io.readers import SHARE_READ, ChannelMap, open_chunks, open_source, parse_channel_map
 from tierod.io.readers.opening import shipped
 from tierod.io.readers.reading import completed, loaded_map, planned
-from tierod.monitors.harness.pieces import CHUNK
+from tierod.monitors.pieces import CHUNK
 from tierod.monitors.run import Kept, Run
 from tierod.monitors.runner import Concluded, Runner, usual
 from tierod.vehicles import Vehicle, load
@@ -118,7 +118,7 @@ def analyse(store: Store, reading: Reading, vehicle: str, spread: bool, say: Say
 
 def _vehicle(reading: Reading, vehicle: str) -> tuple[Vehicle | None, str]:
     """The vehicle and "", or None and the reason."""
-    from tierod.monitors.harness.named_vehicle import vehicle_named_in
+    from tierod.monitors.acceptance import vehicle_named_in
 
     if vehicle:
         return load(vehicle), ""

@@ -10,7 +10,7 @@ from tierod.models.steering_column import ColumnParameters
 from tierod.monitors.driver_torque.definition import PAPER, Observer, opener
 from tierod.monitors.driver_torque.design import SensorNoise, gear_is_too_fast
 from tierod.monitors.driver_torque.facts import DECISIONS
-from tierod.monitors.harness.session import Variant
+from tierod.monitors.session import Variant
 from tierod.vehicles import Vehicle
 from tierod_lab.papers.column.printed import PrintedObserver
 

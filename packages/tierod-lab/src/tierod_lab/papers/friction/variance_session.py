@@ -14,9 +14,9 @@ from tierod.core.series import Stride
 from tierod.core.statuses import Status
 from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.methods.detectors.rule_design import alarms_at
+from tierod.monitors.decision import Decision, Demonstrated
 from tierod.monitors.friction.evidence import EstimateOverDrive
-from tierod.monitors.harness.decision import Decision, Demonstrated
-from tierod.monitors.harness.session import BlockSession, Conclusion, tuning_rows
+from tierod.monitors.session import BlockSession, Conclusion, tuning_rows
 from tierod_lab.papers.friction.variance_method import VarianceFrictionMonitor
 
 VARIANCE_DECISIONS = (

@@ -14,10 +14,10 @@ import numpy as np
 
 from tierod.core.graph import Result
 from tierod.models.friction_estimation import FrictionParameters, driving_torque
+from tierod.monitors.baseline import Baseline
 from tierod.monitors.friction.definition import PAPER, Acting, FrictionMonitor, FrictionSession, Opener, learnt
 from tierod.monitors.friction.verdict import DECISIONS, FrictionVerdict
-from tierod.monitors.harness.baseline import Baseline
-from tierod.monitors.harness.session import Session, Variant
+from tierod.monitors.session import Session, Variant
 from tierod.physics.friction import viscous
 from tierod.vehicles import Vehicle
 from tierod_lab.papers.friction.presets import consistent, printed, printed_open, unscented

@@ -9,8 +9,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from tierod.monitors.harness.baseline import Baseline
-from tierod.monitors.harness.session import Session, Variant
+from tierod.monitors.baseline import Baseline
+from tierod.monitors.session import Session, Variant
 from tierod.monitors.sideslip.definition import PAPER, Opener, SideslipSession, refuse_slow
 from tierod.monitors.sideslip.facts import DECISIONS
 from tierod.vehicles import Vehicle

@@ -35,7 +35,7 @@ from tierod.monitors.condition.parameters import Calibration, calibrate
 from tierod.monitors.condition.rolling_filter import RollingFilter
 from tierod.monitors.condition.signals import OF_AUTOMATED, OF_CARS, Hypothesis, hypotheses, hypotheses_of_cars
 from tierod.monitors.condition.weighing import Limits, Weighing
-from tierod.monitors.harness.session import Table
+from tierod.monitors.session import Table
 from tierod.vehicles import Vehicle
 
 FOR_PARAMETERS = 300.0  # driving time at the beginning from which the parameters are estimated [s]

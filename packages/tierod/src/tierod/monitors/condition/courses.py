@@ -16,7 +16,7 @@ from tierod.core.statement import STATUSES
 from tierod.monitors.condition.kinds import DELAY, DRIFT, GAIN, LOSS, LOST_TORQUE, NOISE, OFFSET, OUTLIER, STUCK
 from tierod.monitors.condition.reaction import LEAST_DOUBT
 from tierod.monitors.condition.signals import ELEMENTS
-from tierod.monitors.harness.session import StatusChange
+from tierod.monitors.session import StatusChange
 
 FAULT, SUSPECT, HEALTHY, NOT_TESTABLE, NOT_AVAILABLE = (
     STATUSES.index(each)

@@ -15,7 +15,7 @@ from tierod.core.signals import SIGNALS
 from tierod.io.quality import impossible
 from tierod.monitors.condition.signals import ALL_WHEELS, PLACES, SENSORS, TARGETS, ConditionSample
 from tierod.monitors.condition.wiring import Problem
-from tierod.monitors.harness.stuck import Stuck
+from tierod.monitors.stuck import Stuck
 
 LEAST = 1.0  # time of driving, beyond a tolerated gap, for which a signal must be missing to count as lost [s]
 

@@ -7,6 +7,8 @@ from dataclasses import replace
 from tierod.core.graph import Bank
 from tierod.diagnosis.trouble_codes import TroubleCodes
 from tierod.models.rolling_car import Wander
+from tierod.monitors import decision as reported
+from tierod.monitors.baseline import Baseline
 from tierod.monitors.condition.decision import Decision, SmallLeads
 from tierod.monitors.condition.judge import ConditionJudge, SpanOfFault
 from tierod.monitors.condition.kinds import KindOfFault
@@ -29,11 +31,9 @@ from tierod.monitors.condition.signals import (
 from tierod.monitors.condition.structure import rolls
 from tierod.monitors.condition.vehicle_filter import LeaveOutFilter, prices
 from tierod.monitors.condition.weighing import Limits, Testability, Weighing
-from tierod.monitors.harness import decision as reported
-from tierod.monitors.harness.baseline import Baseline
-from tierod.monitors.harness.decision import Demonstrated, OwnRule
-from tierod.monitors.harness.session import Monitor, Variant
+from tierod.monitors.decision import Demonstrated, OwnRule
 from tierod.monitors.registry import variants_with_plugins
+from tierod.monitors.session import Monitor, Variant
 from tierod.vehicles import Vehicle
 
 WITH_WHEELS, WITHOUT_WHEELS, SLOW = 9.0, 2.15, 0.45

@@ -31,7 +31,7 @@ from tierod.monitors.condition.signals import (
     ConditionSample,
 )
 from tierod.monitors.condition.wiring import Problem
-from tierod.monitors.harness.session import StatusChange
+from tierod.monitors.session import StatusChange
 
 STANDING = 0.5  # speed below which the vehicle counts as standing [m/s]
 HARD, AFTER = 2.5, 1.0

@@ -51,8 +51,8 @@ from tierod.monitors.condition.signals import (
 )
 from tierod.monitors.condition.structure import limitations
 from tierod.monitors.condition.wiring import ClockLeap, Problem, Wiring
-from tierod.monitors.harness.session import Conclusion
-from tierod.monitors.harness.stuck import Stuck
+from tierod.monitors.session import Conclusion
+from tierod.monitors.stuck import Stuck
 from tierod.vehicles import Vehicle
 
 EVIDENCE = "evidence_for_a_fault"  # name of the trace with the evidence by which a fault is declared

@@ -14,6 +14,7 @@ from tierod.core.facts import Fact
 from tierod.core.graph import Result
 from tierod.core.recording import Aligned
 from tierod.methods.analysis.consistency import nis_figures
+from tierod.monitors.baseline import Baseline
 from tierod.monitors.driver_torque.block import ColumnSigns, DriverTorqueMonitor
 from tierod.monitors.driver_torque.column import SIGNALS, GeometryOverDrive
 from tierod.monitors.driver_torque.design import (
@@ -38,9 +39,8 @@ from tierod.monitors.driver_torque.facts import (
 )
 from tierod.monitors.driver_torque.hands import HandsMonitor
 from tierod.monitors.driver_torque.observer import DELAY, ColumnObserver, DelayedHandTorque
-from tierod.monitors.harness.baseline import Baseline
-from tierod.monitors.harness.session import BlockSession, Conclusion, Monitor, Session, Variant
 from tierod.monitors.registry import variants_with_plugins
+from tierod.monitors.session import BlockSession, Conclusion, Monitor, Session, Variant
 from tierod.vehicles import Vehicle
 from tierod.vehicles.uncertain import is_guess
 

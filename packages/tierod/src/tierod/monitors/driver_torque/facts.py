@@ -12,11 +12,11 @@ from tierod.methods.detectors import Detector
 from tierod.methods.detectors.control_charts import Cusum
 from tierod.methods.detectors.rule_design import RuleDesign, RunLengthLine, alarms_at
 from tierod.methods.detectors.stopping_rules import CusumRule, HoldRule
+from tierod.monitors.decision import Decision, Demonstrated
 from tierod.monitors.driver_torque.column import described
 from tierod.monitors.driver_torque.design import usual_tuning
 from tierod.monitors.driver_torque.evidence import Drive
 from tierod.monitors.driver_torque.hands import THRESHOLDS
-from tierod.monitors.harness.decision import Decision, Demonstrated
 from tierod.vehicles import Vehicle
 from tierod.vehicles.uncertain import torque_gain_deviation
 

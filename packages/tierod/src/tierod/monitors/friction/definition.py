@@ -25,15 +25,15 @@ from tierod.core.statement import STATUSES, code_of
 from tierod.methods.analysis.consistency import ConsistencyAccumulator, nis_figures
 from tierod.methods.identification.hysteresis_presence import HysteresisPresence
 from tierod.models.friction_estimation import FrictionParameters
+from tierod.monitors.baseline import Baseline
 from tierod.monitors.friction.estimator import PreslidingFrictionFilter
 from tierod.monitors.friction.evidence import EstimateOverDrive, GainsOverDrive, HysteresisOverDrive, SignalsOverDrive
 from tierod.monitors.friction.facts import FrictionRun, verdict_of_run
 from tierod.monitors.friction.signals import SAMPLE_TIME
 from tierod.monitors.friction.thresholds import STATISTICS, TUNING
 from tierod.monitors.friction.verdict import DECISIONS, FrictionVerdict, JudgedFriction, VerdictSample
-from tierod.monitors.harness.baseline import Baseline
-from tierod.monitors.harness.session import BlockSession, Conclusion, Monitor, Session, Variant, tuning_rows
 from tierod.monitors.registry import variants_with_plugins
+from tierod.monitors.session import BlockSession, Conclusion, Monitor, Session, Variant, tuning_rows
 from tierod.vehicles import Vehicle
 
 NAME = "friction, pre-sliding"  # Name of the default monitor in findings and in stored baselines

@@ -10,8 +10,8 @@ from tierod.core.errors import ParameterError
 from tierod.methods.detectors import Cusum
 from tierod.methods.detectors.rule_design import RuleDesign, RunLengthLine
 from tierod.methods.detectors.stopping_rules import ExcessRule, HoldRule
+from tierod.monitors.decision import Decision, Demonstrated, OwnRule
 from tierod.monitors.friction.signals import SAMPLE_TIME
-from tierod.monitors.harness.decision import Decision, Demonstrated, OwnRule
 from tierod.vehicles.uncertain import ASSUMED_GAIN_DEVIATION
 
 

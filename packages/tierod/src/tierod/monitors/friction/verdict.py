@@ -13,9 +13,9 @@ from tierod.core.findings import Status
 from tierod.core.graph.maths import all_of, any_of, both, either, maximum, minimum, negated, sqrt, where
 from tierod.core.statement import Statement, code_of
 from tierod.methods.detectors import Cusum
+from tierod.monitors.decision import decides, declared
 from tierod.monitors.friction.signals import SAMPLE_TIME
 from tierod.monitors.friction.thresholds import ABSOLUTE, BASELINE, AlarmTuning
-from tierod.monitors.harness.decision import decides, declared
 from tierod.vehicles import Vehicle
 from tierod.vehicles.uncertain import torque_gain_deviation
 

@@ -18,10 +18,9 @@ from tierod.io.readings import LOUD, USUAL, scatter
 from tierod.methods.detectors.rule_design import alarms_at
 from tierod.methods.identification.hysteresis import HysteresisFriction, HysteresisIdentification, Support
 from tierod.methods.identification.lock_to_lock import Noise
+from tierod.monitors.baseline import Baseline
 from tierod.monitors.friction.facts import SMALLEST_NOMINAL
 from tierod.monitors.friction.sentences import TOO_LOW
-from tierod.monitors.harness.baseline import Baseline
-from tierod.monitors.harness.session import Conclusion, Monitor, Session, Variant
 from tierod.monitors.hysteresis.facts import (
     FAULT_FREE_TEST,
     GAIN,
@@ -35,6 +34,7 @@ from tierod.monitors.hysteresis.facts import (
     torque_defects,
 )
 from tierod.monitors.robustness import baseline_command, cure
+from tierod.monitors.session import Conclusion, Monitor, Session, Variant
 from tierod.vehicles import Vehicle
 from tierod.vehicles.uncertain import held_deviation, torque_gain_deviation
 

@@ -15,9 +15,9 @@ from tierod.methods.detectors.rule_design import RuleDesign, alarms_at
 from tierod.methods.detectors.stopping_rules import HoldRule
 from tierod.methods.identification.hysteresis import HysteresisFriction
 from tierod.methods.identification.lock_to_lock import noise_left, noise_of, smoothed
+from tierod.monitors.baseline import Baseline
+from tierod.monitors.decision import Decision, Demonstrated
 from tierod.monitors.friction.evidence import BOTH, AssistCharacteristic, GainLimits
-from tierod.monitors.harness.baseline import Baseline
-from tierod.monitors.harness.decision import Decision, Demonstrated
 from tierod.physics.assist import assist_torque
 from tierod.physics.steering_ratio import column_torque_of_motor
 from tierod.vehicles import Vehicle

@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 from tierod.methods.detectors.control_charts import Cusum
 from tierod.methods.detectors.rule_design import RuleDesign, RunLengthLine
 from tierod.methods.detectors.stopping_rules import CusumRule
-from tierod.monitors.harness.decision import Decision, Demonstrated, OwnRule
+from tierod.monitors.decision import Decision, Demonstrated, OwnRule
 from tierod.monitors.motor_angle.comparison import (
     ANGLE_DRIFT,
     ANGLE_THRESHOLD,

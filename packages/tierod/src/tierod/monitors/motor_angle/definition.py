@@ -17,8 +17,7 @@ from tierod.core.graph.maths import absolute, both, greatest_of, maximum, presen
 from tierod.core.recording import Aligned
 from tierod.core.statement import Statement, code_of
 from tierod.methods.detectors.control_charts import Cusum
-from tierod.monitors.harness.baseline import Baseline
-from tierod.monitors.harness.session import BlockSession, Conclusion, Monitor, Variant
+from tierod.monitors.baseline import Baseline
 from tierod.monitors.motor_angle.alarms import ALARMS, BY_NAME, MODEL_DRIFT, MODEL_THRESHOLD
 from tierod.monitors.motor_angle.comparison import (
     ElectricalAlarms,
@@ -43,6 +42,7 @@ from tierod.monitors.motor_angle.observer import (
     MotorVoltages,
 )
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition, VariableGain, WhichAngle
+from tierod.monitors.session import BlockSession, Conclusion, Monitor, Variant
 from tierod.vehicles import Vehicle
 
 # Electrical residual within which the observer confirms the sensor; fault-free ones stay below 0.05 rad.

@@ -16,11 +16,11 @@ from tierod.core.statement import STATUSES, code_of
 from tierod.methods.analysis.noise import DEVIATION_OF_MEDIAN, differences
 from tierod.methods.running import Moments
 from tierod.models.stator_frame_motor import CommandedMotorParameters
-from tierod.monitors.harness.session import StatusChange
 from tierod.monitors.motor_angle.alarms import CODES
 from tierod.monitors.motor_angle.balance import CLEAN, LEAST_WINDOWS, Departure, InducedVoltage, VoltageBalance, misread
 from tierod.monitors.motor_angle.observer import MEASURED, VARIANTS, MotorAngleObserver
 from tierod.monitors.motor_angle.plausibility import NOT_MOTOR
+from tierod.monitors.session import StatusChange
 from tierod.physics.clarke_park import StatorVector
 from tierod.physics.inverter import phase_signs
 

@@ -23,9 +23,9 @@ from tierod.methods.analysis.consistency import ConsistencyAccumulator, nis_figu
 from tierod.methods.detectors.reversing import Reversing
 from tierod.models.single_track import SingleTrack
 from tierod.models.steer_by_wire import Actuator
-from tierod.monitors.harness.baseline import Baseline
-from tierod.monitors.harness.session import BlockSession, Conclusion, Monitor, Session, Variant
+from tierod.monitors.baseline import Baseline
 from tierod.monitors.registry import variants_with_plugins
+from tierod.monitors.session import BlockSession, Conclusion, Monitor, Session, Variant
 from tierod.monitors.sideslip.consistency import Consistency, Tolerances, Wrong, consistency_of
 from tierod.monitors.sideslip.estimator import WORDS, CombinedSideslip, identifiability
 from tierod.monitors.sideslip.evidence import TRUTHS, WALKING, Samples, SideslipDrive, truth_in

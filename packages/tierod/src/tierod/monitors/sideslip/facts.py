@@ -13,7 +13,7 @@ from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.methods.detectors.reversing import MIRRORED, TURN_FORWARD
 from tierod.methods.detectors.rule_design import RuleDesign, alarms_at
 from tierod.methods.detectors.stopping_rules import HoldRule
-from tierod.monitors.harness.decision import Decision, Demonstrated, OwnRule
+from tierod.monitors.decision import Decision, Demonstrated, OwnRule
 from tierod.monitors.sideslip.consistency import FILE_WEIGHT as FILE
 from tierod.monitors.sideslip.consistency import SIGNALS_WEIGHT as SIGNALS
 from tierod.monitors.sideslip.consistency import Tolerances

@@ -9,13 +9,13 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 from tierod.core.recording import Recording
+from tierod.monitors.baseline import Baseline
 from tierod.monitors.condition.definition import PAPER, WIRING
 from tierod.monitors.condition.reaction import FaultReaction, Reconfiguration
 from tierod.monitors.condition.session import EVIDENCE, ConditionSession
 from tierod.monitors.condition.signals import ConditionSample
-from tierod.monitors.harness.baseline import Baseline
-from tierod.monitors.harness.decision import Decision, OwnRule
-from tierod.monitors.harness.session import Session, Table, Variant
+from tierod.monitors.decision import Decision, OwnRule
+from tierod.monitors.session import Session, Table, Variant
 from tierod.vehicles import Vehicle
 
 _DECIDES = "symptom of a residual"  # Name of the decision that declares faults

@@ -3,7 +3,7 @@
 import numpy as np
 
 from tierod.core.recording import Channel, Recording
-from tierod.monitors.harness.quality_over_chunks import QualityOverChunks
+from tierod.monitors.pieces import QualityOverChunks
 
 
 def remarks(*pieces: tuple[np.ndarray, np.ndarray]) -> list[str]:

@@ -15,7 +15,7 @@ from tierod.core.series import Rows, Stride
 from tierod.diagnosis.fault_memory import Counting, FaultMemory
 from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.io.derive import ingredients
-from tierod.monitors.harness.session import Monitor, StatusChange
+from tierod.monitors.session import Monitor, StatusChange
 
 RATE = 10.0
 """Rate of the test results in the memory [Hz]; low, since the stopping rule of the monitor has decided already."""

@@ -31,9 +31,9 @@ from tierod.core.graph import Memory, Result, Scanner, trace
 from tierod.core.graph.trace import Interface
 from tierod.core.recording import Aligned, Recording
 from tierod.core.statement import STATUSES
-from tierod.monitors.harness.baseline import Baseline
-from tierod.monitors.harness.decision import Decision
-from tierod.monitors.harness.stuck import Stuck
+from tierod.monitors.baseline import Baseline
+from tierod.monitors.decision import Decision
+from tierod.monitors.stuck import Stuck
 from tierod.vehicles import Vehicle
 
 STATED = "statement.status"  # Output of a block that holds the status of its estimate

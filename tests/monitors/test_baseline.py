@@ -8,7 +8,7 @@ from driven import drive
 from exact_vehicle import diagnose
 from tierod.core.errors import InputError
 from tierod.core.findings import Status
-from tierod.monitors.harness.baseline import Baseline, load_baseline
+from tierod.monitors.baseline import Baseline, load_baseline
 
 LEVEL = Baseline("midsize-eps", "friction, pre-sliding", 4.0, 0.1, "N*m", 100.0, "2026-01-01T00:00:00+00:00")
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tierod.core.recording import Aligned
-from tierod.monitors.harness.inputs import MissingStretches
+from tierod.monitors.inputs import MissingStretches
 
 RATE = 10.0
 TIME = np.arange(1200) / RATE

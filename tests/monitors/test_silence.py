@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tierod.core.errors import InputError
-from tierod.monitors.harness.pieces import LONGEST, Silence
+from tierod.monitors.pieces import LONGEST, Silence
 
 STEP = 0.01
 

@@ -30,10 +30,10 @@ from tierod.methods.running import (
     Spans,
     piles_up,
 )
-from tierod.monitors.harness.named_vehicle import other_vehicle
-from tierod.monitors.harness.quality_over_chunks import QualityOverChunks
-from tierod.monitors.harness.session import Conclusion, Monitor, StatusChange
-from tierod.monitors.harness.stuck import MAXIMUM_AGE, Stuck, StuckOverDrive
+from tierod.monitors.acceptance import other_vehicle
+from tierod.monitors.pieces import QualityOverChunks
+from tierod.monitors.session import Conclusion, Monitor, StatusChange
+from tierod.monitors.stuck import MAXIMUM_AGE, Stuck, StuckOverDrive
 
 LEAST: Annotated[float, "s"] = 1.0  # shortest missing stretch that is reported
 STEPS = 5.0  # shortest missing stretch of a slow signal, in its own sampling intervals

@@ -10,7 +10,7 @@ from tierod.cli import main
 from tierod.core.errors import TierodError
 from tierod.core.signals import SIGNALS
 from tierod.io.readers import LACKING, read
-from tierod.monitors.harness.acceptance import refusals
+from tierod.monitors.acceptance import refusals
 from tierod.monitors.registry import MONITORS
 from tierod.vehicles import load
 

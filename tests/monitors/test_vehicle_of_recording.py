@@ -6,8 +6,8 @@ import pytest
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.recording import Channel, Recording
 from tierod.io.writers import write
+from tierod.monitors.acceptance import other_vehicle, vehicle_named_in
 from tierod.monitors.diagnose import diagnose
-from tierod.monitors.harness.named_vehicle import other_vehicle, vehicle_named_in
 from tierod_lab.ground.scenarios import load
 
 
