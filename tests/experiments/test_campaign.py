@@ -8,7 +8,6 @@ import pytest
 from tierod.core.errors import ParameterError
 from tierod.core.toml_document import Document
 from tierod_lab.campaign.campaign import from_document, load, shipped
-from tierod_lab.ground import scenarios
 
 BASE = """name = "country"
 description = "A country road."
@@ -78,23 +77,6 @@ def test_every_point_becomes_a_scenario_with_its_changes_faults_and_seed(folder)
     assert len({cell.key for cell in made.plan.cells}) == 12
 
 
-def test_the_text_of_a_drive_is_a_scenario_of_its_own(folder):
-    cell = campaign(folder).plan.cells[-1]
-    again = scenarios.from_document(Document.parse(cell.scenario.document.text, folder / "again.toml"))
-    again = again.with_run(seed=cell.scenario.seed)
-    for name in ("car", "course", "duration", "sensors", "faults", "scatter", "seed"):
-        assert getattr(again, name) == getattr(cell.scenario, name)
-
-
-def test_teachers_are_the_first_fault_free_drives_of_the_same_car(folder):
-    made = campaign(folder)
-    references = {tuple(cell.point.place.values()): cell.reference for cell in made.plan.cells}
-    numbers = {place: number for number, place in enumerate(references)}
-    assert references["3", "fault-free", "", "1"] is None
-    assert references["4 N*m", "step", "8", "2"] == numbers["3", "fault-free", "", "2"]
-    assert references["4 N*m", "fault-free", "", "1"] == numbers["3", "fault-free", "", "1"]
-
-
 def test_keys_know_all_that_decides(folder):
     one = campaign(folder)
     other = campaign(folder, FILE.replace("8.0", "9.0"))
@@ -115,29 +97,24 @@ def test_keys_know_all_that_decides(folder):
     ("old", "new", "line", "message"),
     [
         ('"base.toml"', '"bse.toml"', 3, "there is no scenario file"),
-        ('"base.toml"', '"mixd"', 3, "no scenario is called 'mixd'"),
         ("seconds = 30.0", 'secnds = "1 s"', 8, "'secnds' is not known here; did you mean 'seconds'"),
-        ("friction.level\"\nvalues", "friction.leve\"\nvalues", 12, "did you mean 'steering.friction.level'"),
+        ('friction.level"\nvalues', 'friction.leve"\nvalues', 12, "did you mean 'steering.friction.level'"),
         ('"4 N*m"]', '"4 m"]', 12, "friction '4 m': "),
-        ('"4 N*m"]', "-1]", 12, "has to be at least 0"),
-        ('element = "steering', 'element = "stering', 15, "did you mean 'steering.friction.level'"),
-        ('start = "10 s"', 'start = "50 s"', 17, "50 s"),
-        ('start = "10 s"', 'start = "10 s"\nend = "5 s"', 18, "before it begins"),
         ('"friction"\nvehicle', '"fricton"\nvehicle', 21, "no monitor 'fricton'; did you mean 'friction'?"),
-        ('vehicle = "midsize-eps"', 'vehicle = "midsize"', 22, "did you mean 'midsize-eps'?"),
         ('vehicle = "midsize-eps"', 'vehicle = "midsize-eps"\nvariant = "refind"', 23, "did you mean 'refined'"),
-        ('baseline = "first fault-free drive"', 'baseline = "learnt"', 23, "not among none, first fault-free drive"),
         ('same_car = ["seed"]', 'same_car = ["sed"]', 5, "'sed' is not an axis of cars; did you mean 'seed'?"),
-        ('same_car = ["seed"]', 'same_car = ["seed"]\nexclude = [{ fault = "fault-free", seed = 2 }]', 5,
-         "no fault-free drive of the same car (seed 2)"),
+        (
+            'same_car = ["seed"]',
+            'same_car = ["seed"]\nexclude = [{ fault = "fault-free", seed = 2 }]',
+            5,
+            "no fault-free drive of the same car (seed 2)",
+        ),
         ('same_car = ["seed"]\n', "", None, "'same_car' is missing"),
         ('"missed_share"', '"missed_shar"', 26, "no figure is called 'missed_shar'; did you mean 'missed_share'"),
         ('"<= 0.1"', '"< 0.1"', 27, "'< 0.1' is not a goal"),
-        ("{ size = 8.0 }", "{ siz = 8 }", 28, "no axis is called 'siz'; did you mean 'size'?"),
         ("{ size = 8.0 }", '{ size = 8.0, fault = "fault-free" }', 28, "no cell of the matrix is there"),
-        ("{ size = 8.0 }", '{ size = 8.0 }\nmonitor = "other"', 29, "no monitor is called 'other'"),
     ],
-)  # fmt: skip
+)
 def test_slips_and_contradictions_are_refused_with_their_line(folder, old, new, line, message):
     assert old in FILE
     refused = refusal(folder, FILE.replace(old, new, 1))
@@ -146,28 +123,9 @@ def test_slips_and_contradictions_are_refused_with_their_line(folder, old, new, 
         assert refused.startswith(f"line {line}: ")
 
 
-def test_a_scenario_that_scatters_needs_the_seed_to_distinguish_cars(folder):
-    text = FILE.replace('same_car = ["seed"]', 'same_car = ["friction"]') + "\n"
-    refused = refusal(folder, text.replace("seconds = 30.0", "seconds = 30.0\nscatter = {}"))
-    assert "'seed' belongs to same_car" in refused
-
-
-def test_a_base_scenario_with_faults_is_refused(folder):
-    fault = '[[faults]]\nelement = "yaw_rate"\nbehaviour = "total-loss"\n'
-    (folder / "base.toml").write_text(BASE + fault)
-    assert "has faults itself" in refusal(folder, FILE)
-
-
 def test_two_monitors_of_one_label_are_refused(folder):
     text = FILE + '[[monitors]]\nmonitor = "friction"\nvehicle = "midsize-eps"\nbaseline = "none"\n'
     assert "two monitors are called 'friction, pre-sliding'" in refusal(folder, text)
-
-
-def test_unknown_campaigns_name_the_nearest():
-    with pytest.raises(ParameterError, match="no campaign is called 'nothing'"):
-        load("nothing")
-    with pytest.raises(ParameterError, match="cannot be read"):
-        load("./nothing.toml")
 
 
 @pytest.mark.parametrize("name", shipped())

@@ -66,12 +66,6 @@ def test_changed_verdicts_are_reported_and_counted(tmp_path):
     assert (detection["pairs"], detection["first_only"], detection["second_only"]) == (0, 0, 1)
 
 
-def test_one_monitor_each_is_compared_whatever_its_label(tmp_path):
-    first = folder(tmp_path / "a", [row(1, monitor="refined")])
-    second = folder(tmp_path / "b", [row(1, monitor="pre-sliding")])
-    assert compare(first, second)[0].monitors == ("refined", "pre-sliding")
-
-
 def test_campaigns_that_have_nothing_in_common_are_refused(tmp_path):
     first = folder(tmp_path / "a", [row(1), row(1, monitor="other")])
     with pytest.raises(InputError, match="no drive in common"):

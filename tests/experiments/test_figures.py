@@ -1,44 +1,19 @@
-"""The statistics against closed forms and published values."""
+"""Figures of one drive and of many, against closed forms and published values."""
 
 import math
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from experiments.campaign_rows import row
 from tierod_lab.campaign.figures import (
-    Moments,
     area_under_curve,
     paired,
-    pooled,
     quantile,
-    rate_bound,
     share_bound,
 )
-
-
-def test_no_event_bounds_the_rate_by_three_over_the_time():
-    assert rate_bound(0, 1.0) == pytest.approx(-math.log(0.05), rel=1e-12)
-    assert rate_bound(0, 40.0) == pytest.approx(2.9957323 / 40.0, rel=1e-6)
-
-
-@pytest.mark.parametrize(("events", "bound"), [(1, 4.74), (2, 6.30), (5, 10.51), (10, 16.96)])
-def test_bounds_of_a_poisson_mean_are_those_of_the_tables(events, bound):
-    # Garwood's table: upper limits of a one-sided 95 % interval.
-    assert rate_bound(events, 1.0) == pytest.approx(bound, abs=0.005)
-
-
-@pytest.mark.parametrize("events", [0, 1, 7])
-def test_the_bound_is_the_rate_at_which_so_few_events_have_five_per_cent(events):
-    mean = rate_bound(events, 1.0)
-    chance = sum(math.exp(-mean) * mean**k / math.factorial(k) for k in range(events + 1))
-    assert chance == pytest.approx(0.05, rel=1e-9)
-
-
-def test_nothing_follows_from_no_time_and_no_trial():
-    assert rate_bound(0, 0.0) == math.inf
-    assert share_bound(0, 0) == 1.0
+from tierod_lab.campaign.pools import confusion, pool
 
 
 def test_the_bound_of_a_share():
@@ -47,31 +22,6 @@ def test_the_bound_of_a_share():
     p = share_bound(2, 20)
     chance = sum(math.comb(20, k) * p**k * (1 - p) ** (20 - k) for k in range(3))
     assert chance == pytest.approx(0.05, rel=1e-9)
-
-
-@given(st.lists(st.lists(st.floats(-1e3, 1e3), max_size=8), min_size=1, max_size=6))
-def test_pooled_moments_are_those_of_all_samples(parts):
-    together = np.concatenate([np.array(part, float) for part in parts])
-    found = pooled(Moments.of(np.array(part)) for part in parts)
-    assert found.count == len(together)
-    if len(together):
-        assert found.mean == pytest.approx(float(together.mean()), abs=1e-9)
-        assert found.deviation == pytest.approx(float(together.std()), abs=1e-6)
-    else:
-        assert math.isnan(found.mean)
-        assert math.isnan(found.deviation)
-
-
-def test_moments_leave_out_what_is_missing():
-    assert Moments.of(np.array([1.0, math.nan, 3.0])) == Moments(2, 2.0, 2.0)
-
-
-def test_the_area_under_the_curve():
-    assert area_under_curve([1, 2, 3], [4, 5]) == 1.0
-    assert area_under_curve([4, 5], [1, 2, 3]) == 0.0
-    assert area_under_curve([1, 2], [1, 2]) == 0.5
-    assert area_under_curve([0.0, 1.0, math.nan], [1.0]) == 0.75
-    assert math.isnan(area_under_curve([], [1.0]))
 
 
 @given(st.lists(st.integers(0, 5), min_size=1, max_size=9), st.lists(st.integers(0, 5), min_size=1, max_size=9))
@@ -98,19 +48,53 @@ def test_five_pairs_of_one_sign():
     assert 1.0 < found.interval[0] < 3.0 < found.interval[1] < 5.0
 
 
-def test_pairs_that_do_not_differ_and_pairs_that_do_not_exist():
-    same = paired([0.0, 0.0, math.nan])
-    assert same.count == 2
-    assert math.isnan(same.sign_p)
-    assert math.isnan(same.rank_p)
-    assert same.interval == (0.0, 0.0)
-    assert paired([]).count == 0
+FOUND = {"fault": "step", "size": 4}
 
 
-def test_the_bootstrap_interval_is_that_of_the_normal_distribution_for_many_pairs():
-    values = np.random.default_rng(1).normal(0.5, 2.0, 400)
-    low, high = paired(values).interval
-    half = 1.96 * values.std() / math.sqrt(400)
-    assert low == pytest.approx(values.mean() - half, abs=0.15 * half)
-    assert high == pytest.approx(values.mean() + half, abs=0.15 * half)
-    assert paired(values).interval == (low, high)
+def test_detection_times_keep_what_was_missed_and_leave_out_what_was_early():
+    rows = [row(seed, **FOUND, detection_s=float(seed), detection_enabled_s=0.5 * seed) for seed in range(1, 20)]
+    found = pool([*rows, row(20, **FOUND, verdict="missed"), row(21, **FOUND, verdict="early", false_alarms=1)])
+    assert (found.faulty, found.found, found.missed, found.early, found.fault_free) == (21, 19, 1, 1, 0)
+    assert found.missed_share == pytest.approx(1 / 20)
+    assert (found.detection_median_s, found.detection_p95_s, found.detection_worst_s) == (10.0, 19.0, math.inf)
+    assert found.detection_enabled_median_s == 5.0
+    assert found.fault_median_s == math.inf
+
+
+def test_false_alarms_are_counted_over_the_hours_that_were_judged():
+    quiet = pool([row(seed) for seed in range(30)])
+    assert quiet.fault_free_hours == pytest.approx(5.0)
+    assert quiet.fault_free_judged_hours == pytest.approx(4.0)
+    assert quiet.false_alarm_rate == 0.0
+    assert quiet.false_alarm_bound == pytest.approx(-math.log(0.05) / 4.0)
+    noisy = pool([row(1, verdict="false alarm", false_alarms=2), row(2, **FOUND, false_alarms=1)])
+    assert noisy.false_alarms == 3
+    assert noisy.false_alarm_rate == pytest.approx(3 / 0.2)
+
+
+def test_errors_are_pooled_over_samples_and_the_worst_drive_is_reported():
+    found = pool([row(1), row(2, **FOUND)])
+    assert found.bias_fault_free == pytest.approx(0.1)
+    assert found.bias_faulty == pytest.approx(-0.3)
+    assert found.bias == pytest.approx((0.1 * 200 - 0.3 * 100) / 300)
+    assert found.deviation_fault_free == pytest.approx(0.2)
+    assert found.largest_bias == pytest.approx(0.1)
+
+
+def test_drives_that_failed_are_counted_and_nothing_else_is_made_of_them():
+    rows = [row(1, outcome="diverged", reason="no longer finite"), row(2, reason="no yaw rate"), row(3)]
+    found = pool([*rows, row(4, outcome="failed", reason="no tyre")])
+    assert (found.drives, found.diverged, found.failed, found.fault_free) == (4, 1, 2, 1)
+    assert found.enabled_share == 0.5
+    assert found.judged_share == 0.8
+
+
+def test_the_confusion_of_states():
+    rows = [row(1), row(2), row(3, verdict="not judged"), row(1, **FOUND), row(2, outcome="diverged", **FOUND)]
+    assert confusion(rows) == {"fault-free": {"healthy": 2, "not ready": 1}, "step 4": {"fault": 1, "no verdict": 1}}
+
+
+def test_a_drive_whose_fault_never_came_is_a_fault_free_one():
+    found = row(1, **FOUND, came=False, verdict="quiet")
+    assert (found.faulty, found.given) == (False, "fault-free")
+    assert (pool([found]).fault_free, pool([found]).faulty) == (1, 0)

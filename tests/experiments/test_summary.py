@@ -1,7 +1,6 @@
 """From rows to gates, document and table."""
 
 import json
-import math
 from importlib.resources import files
 from types import SimpleNamespace
 
@@ -10,13 +9,11 @@ import pytest
 
 from experiments.campaign_rows import row
 from tierod.core.claims import Goal
-from tierod.core.errors import InputError, OutputError
 from tierod.core.toml import Document
-from tierod_lab.campaign.pools import Box, Gate, Pool, pass_through, pool_at
-from tierod_lab.campaign.summary import Summary, document, groups, monitors_of, read_table, text, write_table
+from tierod_lab.campaign.pools import Gate, pass_through
+from tierod_lab.campaign.summary import Summary, document, text
 
 SCHEMA = json.loads(files("tierod_lab.campaign").joinpath("campaign.schema.json").read_text(encoding="utf-8"))
-
 STEP = {"fault": "step", "size": 4}
 ROWS = (
     row(1), row(2, verdict="false alarm", false_alarms=1),
@@ -61,11 +58,6 @@ def test_a_gate_over_drives_that_failed_can_be_missed_but_not_met():
     assert pass_through(gate("false_alarms", "= 0", fault="lost"), ROWS).met is False
 
 
-def test_faulty_drives_are_held_against_the_fault_free_ones_of_their_place():
-    assert pool_at(ROWS, STEP, "friction").area == 1.0
-    assert math.isnan(pool_at(ROWS, {"vehicle": "other"}, "friction").area)
-
-
 @pytest.mark.parametrize(
     ("gates", "status", "code"),
     [
@@ -80,16 +72,6 @@ def test_the_exit_code_follows_the_gates(gates, status, code):
     assert (found.status, found.exit_code) == (status, code)
 
 
-def test_where_nothing_was_judged_the_exit_code_is_two():
-    assert summary([row(1, outcome="failed", reason="no tyre")]).exit_code == 2
-
-
-def test_groups_are_the_whole_the_levels_and_the_faults_with_their_sizes():
-    assert groups(summary()) == [
-        {}, {"fault": "fault-free"}, {"fault": "step"}, {"fault": "lost"}, {"fault": "step", "size": "4"},
-    ]  # fmt: skip
-
-
 def test_the_document_keeps_to_its_schema():
     content = document(summary(gates=[gate("detection_worst_s", "<= 10")]), "tierod campaign test.toml")
     content = json.loads(text(content))
@@ -98,33 +80,3 @@ def test_the_document_keeps_to_its_schema():
     assert content["states"][0]["confusion"]["lost"] == {"fault": 1, "no verdict": 1}
     assert [cell["outcome"] for cell in content["cells"]] == ["driven"] * 5 + ["diverged"]
     assert content["cells"][5]["verdicts"] == [{"monitor": "friction", "reason": "gone", "status": None}]
-
-
-def test_the_schema_knows_every_figure():
-    assert tuple(SCHEMA["$defs"]["figures"]["properties"]) == Pool._fields
-    assert tuple(SCHEMA["$defs"]["box"]["properties"]) == Box._fields
-    assert all(entry["description"] for entry in SCHEMA["$defs"]["figures"]["properties"].values())
-
-
-def test_the_table_holds_all_rows(tmp_path):
-    path = tmp_path / "cells.parquet"
-    write_table(ROWS, path)
-    again = read_table(path)
-    assert [each.place for each in again] == [dict(each.place) for each in ROWS]
-    assert [each.given for each in again] == [each.given for each in ROWS]
-    assert [repr(each.judged) for each in again] == [repr(each.judged) for each in ROWS]
-    assert [each.reason for each in again] == [each.reason for each in ROWS]
-    assert monitors_of(again) == ["friction"]
-    before = path.read_bytes()
-    write_table(ROWS, path)
-    assert path.read_bytes() == before
-
-
-def test_tables_that_cannot_be_used_say_what_to_do(tmp_path):
-    with pytest.raises(InputError, match="is not there; name the folder of a campaign"):
-        read_table(tmp_path / "cells.parquet")
-    (tmp_path / "cells.parquet").write_bytes(b"PAR1 no")
-    with pytest.raises(InputError, match="is not a table of a campaign"):
-        read_table(tmp_path / "cells.parquet")
-    with pytest.raises(OutputError, match="cannot be written"):
-        write_table(ROWS, tmp_path / "none" / "cells.parquet")

@@ -1,22 +1,19 @@
-"""What the implicit integration knows of dry friction, and what that makes of friction that sticks stiffly."""
-
 import math
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from ground.steering.rig import STEP, Rig
 from tierod.core.block import leaves, rebuild
 from tierod.core.graph.derivatives import jacobian
-from tierod_lab.ground.integration import GAMMA, implicit_inverse, rosenbrock, runge_kutta, with_entry
-from tierod_lab.ground.parts import Loads
+from tierod_lab.ground.integration import implicit_inverse, rosenbrock
+from tierod_lab.ground.parts import Loads, Wheels
+from tierod_lab.ground.powertrain import Powertrain, WheelMotors
 from tierod_lab.ground.steering.active_front import ActiveFront
 from tierod_lab.ground.steering.column_eps import ColumnEps, WormGear
 from tierod_lab.ground.steering.demonstrator import Demonstrator
-from tierod_lab.ground.steering.friction import Coulomb, Dahl, DryFriction, LuGre
+from tierod_lab.ground.steering.friction import Dahl, DryFriction
 from tierod_lab.ground.steering.linkage import Linkage
 from tierod_lab.ground.steering.rack_eps import RackEps
 from tierod_lab.ground.steering.steer_by_wire import SteerByWire
@@ -25,22 +22,6 @@ from tierod_lab.ground.steering.steer_by_wire import SteerByWire
 class Swing(NamedTuple):
     place: float
     speed: float
-
-
-class Nested(NamedTuple):
-    swing: Swing
-    extra: tuple
-
-
-def error(step):
-    state = Nested(Swing(1.0, 0.0), ())
-    for _ in range(round(1.0 / step)):
-        state = runge_kutta(lambda s: Nested(Swing(s.swing.speed, -s.swing.place), ()), state, step)
-    return abs(state.swing.place - math.cos(1.0))
-
-
-def test_error_falls_with_the_fourth_power():
-    assert error(0.1) / error(0.05) == pytest.approx(16.0, rel=0.1)
 
 
 class Coupled(NamedTuple):
@@ -84,35 +65,6 @@ def test_a_stiff_gear_is_followed_in_second_order_whatever_the_jacobian(share, e
     assert errors[0] > 3.0 * errors[1] > 9.0 * errors[2]
 
 
-def test_the_explicit_part_is_of_second_order():
-    errors = [abs(at_one_second(step).swing.place - math.cos(2.0)) for step in (4e-3, 2e-3)]
-    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.05)
-
-
-def test_what_is_too_fast_for_the_step_is_damped():
-    still = (0.0,) * 4
-    inverse = implicit_inverse(gear_rate, still, 1e-3)
-    state = Coupled((1e-3, 0.0, -1e-3, 0.0), Swing(0.0, 0.0))
-    for _ in range(100):
-        state = rosenbrock(coupled_rate, state, 1e-3, "gear", inverse)
-    assert abs(state.gear[0] - state.gear[2]) < 1e-6
-
-
-def test_one_more_entry_of_the_jacobian_is_as_if_it_had_been_there():
-    matrix = np.random.default_rng(2).normal(size=(4, 4))
-    matrix[1, 3] = 0.0
-
-    def inverse(of):
-        return implicit_inverse(
-            lambda at: tuple(sum(a * x for a, x in zip(row, at, strict=True)) for row in of), 4 * (0.0,), 0.1
-        )
-
-    without = inverse(matrix)
-    matrix[1, 3] = -7.0
-    np.testing.assert_allclose(with_entry(without, 1, 3, -7.0, 0.1), inverse(matrix), rtol=1e-12)
-    np.testing.assert_allclose(inverse(matrix), np.linalg.inv(np.eye(4) - 0.1 * GAMMA * matrix), rtol=1e-12)
-
-
 HAIR = 1e-7
 RUBBING = Linkage(friction=DryFriction(20.0, Dahl(0.01)))
 STEERINGS = {
@@ -143,26 +95,31 @@ def test_friction_enters_as_its_derivative_by_the_angle(name):
     np.testing.assert_allclose(whole - smooth, entries, rtol=1e-3, atol=1e-6 * np.max(np.abs(whole)))
 
 
-@pytest.mark.parametrize(
-    "steering",
-    [
-        ColumnEps(friction=DryFriction(12.5, Coulomb()), worm_gear=WormGear()),
-        RackEps(friction=DryFriction(12.5, Coulomb()), friction_on_rack=False),
-        RackEps(friction=DryFriction(12.5, Dahl(math.radians(0.1))), friction_on_rack=False),
-        RackEps(friction=DryFriction(12.5, LuGre()), friction_on_rack=False),
-    ],
-    ids=["coulomb, worm", "coulomb at the pinion", "dahl at the pinion", "lugre at the pinion"],
-)
-def test_what_is_light_neither_chatters_where_it_sticks_nor_is_braked_where_it_slides(steering):
-    """The motor turns the steering to and fro for 2 s and lets it stick, held against steps of 25 us."""
+class Moving(NamedTuple):
+    speed: float
+    spinning: float = 0.0
 
-    def swing(size):
-        return lambda time: size * np.sin(1.5 * time) * (time < 2.0)
+    @property
+    def wheel_speeds(self) -> Wheels:
+        return Wheels(self.speed, self.speed, self.speed, self.speed + self.spinning)
 
-    rig = Rig(steering, kingpin_stiffness=3000.0, arm_stiffness=60.0, arm_damping=2.0)
-    result = {"hand_angle": swing(0.6), "motor_torque": swing(0.4)}
-    _, coarse = rig.run(3.0, **result)
-    _, fine = replace(rig, step_time=STEP / 40.0).run(3.0, **result)
-    for name in ("steering_wheel_angle", "driver_torque", "pinion_angle"):
-        error = coarse[name] - fine[name][::40]
-        assert np.sqrt(np.mean(error**2)) < 0.01 * np.std(fine[name]), name
+
+def test_a_wheel_that_spins_takes_the_power_from_the_car():
+    train = Powertrain(front_share=0.0, greatest_drive_force=7000.0, greatest_power=110e3)
+    drive, _ = train.torques(1e6, Moving(10.0, spinning=60.0))
+    assert sum(drive) / 0.31 == pytest.approx(110e3 / 40.0)
+    power = sum(each * speed for each, speed in zip(drive, (10.0, 10.0, 10.0, 70.0), strict=True)) / 0.31
+    assert power == pytest.approx(110e3)
+    assert sum(Powertrain().torques(2000.0, Moving(10.0, spinning=60.0))[0]) / 0.31 == pytest.approx(2000.0)
+
+
+def test_friction_brakes_give_what_the_motors_lack():
+    motors = WheelMotors()
+    drive, brakes = motors.torques(-2000.0, Moving(20.0))
+    assert -sum(drive) / 0.243 + sum(brakes) / 0.243 == pytest.approx(2000.0)
+    assert sum(brakes) > 0.0
+    _, lost = motors.wheels(0.0, 0.0, -2000.0)
+    assert sum(lost) / 0.243 == pytest.approx(2000.0)
+    _, driving = motors.wheels(50.0, 0.0, 200.0)
+    assert sum(driving) == 0.0
+    assert not math.copysign(1.0, driving.front_left) < 0.0

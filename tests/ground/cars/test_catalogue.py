@@ -1,20 +1,26 @@
-"""Virtual cars as files."""
+"""Virtual cars as files, and what they are made of by name."""
 
-from dataclasses import is_dataclass
+import importlib
+import pkgutil
 
-import numpy as np
 import pytest
 
-from chassis_replay import Replay, courses
-from shared_data import shared_data
 from tierod.core.errors import ParameterError
 from tierod.core.fields import numbers
-from tierod.core.graph import scan
-from tierod.core.toml_document import Document
-from tierod.io.derive import complete
-from tierod.io.readers import read
-from tierod_lab.ground.cars.catalogue import Choice, by_path, load, shipped
+from tierod.core.graph.trace import trace
+from tierod.core.signals import SIGNALS
+from tierod.core.toml import Document, kind_name
+from tierod_lab.ground import cars
+from tierod_lab.ground.cars.active_front_car import ActiveFrontCar
+from tierod_lab.ground.cars.car import Car
+from tierod_lab.ground.cars.catalogue import KINDS, Choice, by_path, load, shipped, with_parts
+from tierod_lab.ground.cars.column_bench import ColumnBench
+from tierod_lab.ground.cars.demonstrator_car import DemonstratorCar
+from tierod_lab.ground.cars.eps_car import EpsCar, PmEpsCar
+from tierod_lab.ground.cars.motor_bench import MotorBench
+from tierod_lab.ground.cars.steer_by_wire_car import SteerByWireCar
 from tierod_lab.ground.chassis import SingleTrack, TwoTrack
+from tierod_lab.ground.recorder import channel_names
 from tierod_lab.ground.steering.friction import LuGre
 
 FILE = """\
@@ -94,13 +100,6 @@ def test_a_file_of_ones_own(mine):
     assert isinstance(car.block.steering.friction.law, LuGre)
 
 
-def test_the_shipped_cars_differ_in_what_their_names_say():
-    assert isinstance(load("midsize-eps").block.chassis, TwoTrack)
-    assert isinstance(load("midsize-eps-light").block.chassis, SingleTrack)
-    assert type(load("midsize-rack-eps").block.steering).__name__ == "RackEps"
-    assert load("small-eps").block.chassis.mass < 1200.0 < 2000.0 < load("large-rack-eps").block.chassis.mass
-
-
 DOCUMENT = Document.parse("[car]\nname = 'x'\nparts.chasis = 1\ntyres = 'slicks'\nparameters.a = 2", "drive.toml")
 
 
@@ -112,85 +111,37 @@ def test_a_part_that_is_replaced_keeps_what_the_file_says(mine):
     assert car.steering.friction.level == 3.0
 
 
-def test_tyres_of_another_kind_keep_the_size():
-    small = load("small-eps")
-    own = small.block.chassis.front.tyre
-    changed = small.varied(Choice(tyres="sport"), DOCUMENT).chassis.front.tyre
-    assert (changed.radius, changed.nominal_load) == (own.radius, own.nominal_load)
-    assert changed.cornering_stiffness > own.cornering_stiffness
+def test_every_car_can_be_named_in_a_file():
+    for module in pkgutil.iter_modules(cars.__path__):
+        importlib.import_module(f"{cars.__name__}.{module.name}")
+    found, waiting = set(), [Car]
+    while waiting:
+        below = waiting.pop().__subclasses__()
+        waiting += below
+        found.update(below)
+    assert {kind_name(each) for each in found} <= set(KINDS)
 
 
-def test_parts_may_be_left_out_or_put_in():
-    car = load("midsize-eps")
-    rigid = car.varied(Choice(parts={"steering": {"torsion_bar": "none"}}), DOCUMENT)
-    assert rigid.steering.torsion_bar is None
-    rippled = car.varied(
-        Choice(parts={"steering.motor.ripple": "ripple"}, parameters={"steering.motor.ripple.share": "2 %"}), DOCUMENT
-    )
-    assert is_dataclass(rippled.steering.motor.ripple)
-    assert rippled.steering.motor.ripple.share == 0.02
+def test_a_part_that_a_car_cannot_do_without_is_refused_at_its_line():
+    document = Document.parse("[car.parts]\nsteering.column.torsion_bar = 'none'", "drive.toml")
+    with pytest.raises(ParameterError, match="drive.toml, line 2: the column of an ActiveFront has no torsion bar"):
+        with_parts(ActiveFrontCar(), {"steering.column.torsion_bar": "none"}, document, ("car", "parts"))
 
 
-@pytest.mark.parametrize(
-    ("choice", "words"),
-    [
-        (
-            {"parts": {"chasis": "two-track"}},
-            "drive.toml, line 3: no part of the car .* 'chasis'; did you mean 'chassis'",
-        ),
-        ({"parts": {"chassis": "three-track"}}, "no chassis is called 'three-track'; did you mean 'two-track'"),
-        ({"tyres": "wintr"}, "drive.toml, line 4: no tyres are called 'wintr'; did you mean 'winter'"),
-        ({"tyres": "winter", "parts": {"chassis": "single-track"}}, "line 4: this car has no tyres to choose from"),
-        ({"parameters": {"chassis.mas": 1}}, "no parameter is called 'chassis.mas'; did you mean 'chassis.mass'"),
-        ({"parameters": {"chassis.mass": "-3 kg"}}, "'car.parameters.chassis.mass' is -3 kg, but has to be above 0 kg"),
-        ({"parameters": {"chassis": {"mass": "3 m"}}}, "is measured in 'kg'"),
-    ],
-)
-def test_a_wrong_variation(choice, words):
-    with pytest.raises(ParameterError, match=words):
-        load("midsize-eps").varied(Choice(**choice), DOCUMENT, ("car",))
+ROAD = (ActiveFrontCar, DemonstratorCar, EpsCar, PmEpsCar, SteerByWireCar)
+PLANTS = [kind(chassis=chassis()) for kind in ROAD for chassis in (SingleTrack, TwoTrack)]
+PLANTS += [ColumnBench(), MotorBench()]
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "words"),
-    [
-        ("eps-car", "esp-car", "line 4: no kind of car is called 'esp-car'; did you mean 'eps-car'"),
-        ('tyres = "winter"', 'tyres = "slick"', "line 7: no tyres are called 'slick'"),
-        ('"rack-eps"', '"rack"', "line 10: no steering is called 'rack'; did you mean 'rack-eps'"),
-        ("chassis.mass", "chassis.mss", "line 14: no parameter is called 'chassis.mss'; did you mean 'chassis.mass'"),
-        ("1.5 t", "1.5 m", "line 14: 'parameters.chassis.mass' is '1.5 m', but is measured in 'kg'"),
-        ("3 N*m", "-3 N*m", "line 16: .* is -3 N\\*m, but has to be at least 0 N\\*m"),
-        ('source = "measured in my garage"\n', "", "'source' is missing"),
-        ("kind =", "kid =", "'kid' is not known here; did you mean 'kind'"),
-    ],
-)
-def test_a_slip_in_a_file_is_reported_with_its_line(mine, old, new, words):
-    with pytest.raises(ParameterError, match=f"mine.toml.*{words}"):
-        mine(FILE.replace(old, new, 1))
+def named(plant):
+    return f"{type(plant).__name__} {type(getattr(plant, 'chassis', None)).__name__}"
 
 
-@pytest.mark.parametrize(
-    ("name", "words"),
-    [
-        ("midsize-esp", "no virtual car is called 'midsize-esp'; did you mean 'midsize-eps'"),
-        ("absent.toml", "there is no file absent.toml of a virtual car; shipped ones: active"),
-        ("folder/car", "there is no file folder/car"),
-    ],
-)
-def test_a_car_that_is_not_there(name, words):
-    with pytest.raises(ParameterError, match=words):
-        load(name)
-
-
-def test_the_compact_suv_follows_the_recorded_minute_of_one():
-    recording = complete(read(shared_data("rav4_highway_minute", "can.log"), dbc="rav4", channel_map="rav4"))
-    car = load("rav4-like").block
-    first, last = recording["steering_wheel_angle"].time[[0, -1]]
-    time = np.arange(first + 0.1, last - 0.1, car.step_time)
-    angle, speed, yaw = (
-        np.interp(time, recording[name].time, recording[name].values)
-        for name in ("steering_wheel_angle", "vehicle_speed", "yaw_rate")
-    )
-    steer = car.steering.linkage.ratio * angle
-    ours = scan(Replay(car.chassis, start_speed=float(speed[0])), courses(steer, speed))["yaw_rate"]
-    assert np.degrees(np.std(ours - yaw)) < 0.3, "the zero of the gyroscope is taken out"
+@pytest.mark.parametrize("plant", PLANTS, ids=named)
+def test_channels_are_canonical_and_no_two_share_a_name(plant):
+    columns = channel_names(plant)
+    assert [name for name in columns if name not in SIGNALS and not name.startswith("truth_")] == []
+    paths = trace(plant).output
+    for name, places in columns.items():
+        prefixes = {paths[place].rsplit(name, 1)[0] for place in places}
+        assert len(prefixes) == 1, name

@@ -6,11 +6,11 @@ import pytest
 
 from tierod.core.block import leaves, skeleton
 from tierod.core.errors import ParameterError
-from tierod.core.toml import kind_name, override
-from tierod.core.toml_document import Document
+from tierod.core.toml import kind_name
 from tierod_lab.ground.cars.column_bench import Acting
 from tierod_lab.ground.courses import described, load, shipped
 from tierod_lab.ground.courses.catalogue import AnyCourse
+from tierod_lab.ground.courses.way import STEP
 from tierod_lab.ground.parts import Demand, Road, Wind
 
 KNOWN = {
@@ -69,56 +69,66 @@ def test_a_used_course_can_be_sent_to_a_worker(name):
     assert all(np.array_equal(values, after[key]) for key, values in before.items())
 
 
-def test_a_scenario_can_change_any_parameter():
-    course = override(load("city"), {"seed": 4, "time": "5 min", "roads.0.halts": 0.5, "pace.braking": 3.0})
-    assert (course.seed, course.time, course.roads[0].halts, course.pace.braking) == (4, 300.0, 0.5, 3.0)
-    assert override(load("slalom"), {"speed": "54 km/h"}).speed == pytest.approx(15.0)
+def written(folder, text, name="course.csv"):
+    path = folder / name
+    path.write_text(text)
+    return path
 
 
-def test_a_file_of_ones_own(tmp_path):
-    path = tmp_path / "mine.toml"
-    path.write_text('kind = "step-steer"\nspeed = "36 km/h"\nangle = "90 deg"\n')
+def test_a_table_over_time(tmp_path):
+    path = written(
+        tmp_path,
+        "# Two rows of remarks\n# about it.\ntime,speed [km/h],steering_wheel_angle [deg],grip,crosswind_speed\n"
+        "0,36,0,1,0\n2,36,90,1,4\n4,72,90,0,4\n",
+    )
     course = load(path)
-    assert (course.name, course.speed, course.angle) == ("mine", 10.0, pytest.approx(math.pi / 2))
+    columns = course.columns(np.array([0.0, 1.0, 3.0, 9.0]), np.zeros(4), 0.0, 0.0)
+    assert columns["demand.speed"] == pytest.approx([10.0, 10.0, 15.0, 20.0])
+    assert columns["demand.acceleration"] == pytest.approx([0.0, 0.0, 5.0, 0.0])
+    assert columns["demand.steering_wheel_angle"] == pytest.approx([0.0, math.pi / 4, math.pi / 2, math.pi / 2])
+    assert columns["demand.grip"] == pytest.approx([1.0, 1.0, 0.5, 0.0])
+    assert columns["wind.crosswind_speed"] == pytest.approx([0.0, 2.0, 4.0, 4.0])
+    assert list(columns["demand.attention"]) == [0.0] * 4
+    assert (course.duration, course.start.speed) == (4.0, pytest.approx(10.0))
+    assert course.description == "Two rows of remarks about it."
+
+
+def test_a_table_of_curvature(tmp_path):
+    path = written(tmp_path, "distance,curvature,speed,bank_angle [deg]\n0,0,8,0\n100,0.05,8,0\n200,0.05,8,2\n")
+    course = load(path)
+    columns = course.columns(np.zeros(3), np.array([0.0, 50.0, 150.0]), 0.0, 0.0)
+    assert columns["road.curvature"] == pytest.approx([0.0, 0.025, 0.05])
+    assert columns["road.bank_angle"] == pytest.approx([0.0, 0.0, math.radians(1.0)])
+    assert course.plan.speed[0] == pytest.approx(8.0)
+    assert course.plan.speed[-1] == pytest.approx(math.sqrt(3.0 / 0.05), rel=1e-3)
+
+
+def test_points_round_a_circle_make_its_curvature(tmp_path):
+    angle = np.linspace(0.0, 2.0 * math.pi, 25)
+    rows = "".join(f"{40.0 * math.sin(a):.6f},{40.0 * (1.0 - math.cos(a)):.6f}\n" for a in angle)
+    toml = tmp_path / "circle.toml"
+    written(tmp_path, f"x,y\n{rows}", "points.csv")
+    toml.write_text('kind = "way-table"\nfile = "points.csv"\nlaps = 2\nspeed = 8.0\n')
+    course = load(toml)
+    assert course.way.curvature == pytest.approx(np.full(len(course.way.curvature), 1.0 / 40.0), rel=1e-2)
+    assert len(course.way.curvature) * STEP == pytest.approx(2 * 2.0 * math.pi * 40.0, abs=1.5)
 
 
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ('kind = "step-stear"', "line 1: no kind is called 'step-stear'; did you mean 'step-steer'"),
-        ('kind = "slalom"\nspede = 3.0', "line 2: 'spede' is not known here; did you mean 'speed'"),
-        ('kind = "slalom"\nspeed = -3.0', "line 2: 'speed' is -3 m/s, but has to be above 0 m/s"),
-        ('kind = "slalom"\nspeed = "3 kg"', "line 2: 'speed' is '3 kg'"),
-        ('kind = "circuit"', "a circuit needs sections"),
-        ('kind = "natural-drive"\nroads = []', "at least one kind of road"),
-        ('kind = "natural-drive"\nroads = [{ kind = "city", speed = [9.0, 3.0] }]', "give the lower value first"),
-        ('kind = "random-steer"\nlowest = 3.0\nhighest = 1.0', "give the lower one first"),
-        ('kind = "time-table"', "needs its CSV file"),
-        (
-            'kind = "slalom"\n[[conditions]]\nkind = "grip"\nwindow = { kind = "during", start = 5.0, end = 3.0 }',
-            "a window from 5 to 3 s is empty",
-        ),
+        ("time,sped\n0,1\n1,1\n", "line 1: no column is called 'sped'; did you mean 'speed'"),
+        ("time,speed [kg]\n0,1\n1,1\n", "line 1: column 'speed': "),
+        ("# remark\ntime,speed\n0,1\n1,a\n", "line 4: could not convert"),
+        ("time,speed\n0,1\n5,1\n3,1\n", "line 4: the time does not grow"),
+        ("speed,grip\n0,1\n1,1\n", "there is no column distance or x"),
+        ("distance,curvature\n0,0\n0.3,0.1\n", "the way is 0.3 m long; give at least 1 m"),
+        ("x,y\n0,0\n5,0\n5,0\n9,0\n", "two points in a row are the same"),
     ],
 )
-def test_mistakes_are_named(tmp_path, text, said):
-    path = tmp_path / "wrong.toml"
-    path.write_text(text)
+def test_mistakes_in_a_table(tmp_path, text, said):
+    path = written(tmp_path, text)
     with pytest.raises(ParameterError) as caught:
         load(path).duration  # noqa: B018
     assert said in str(caught.value)
-
-
-def test_an_unknown_name_shows_the_nearest():
-    with pytest.raises(ParameterError, match="did you mean 'slalom'"):
-        load("slalon")
-
-
-def test_a_file_that_is_not_there(tmp_path):
-    with pytest.raises(ParameterError, match="cannot be read"):
-        load(tmp_path / "none.toml")
-
-
-def test_a_course_from_the_text_of_a_document():
-    from tierod_lab.ground.courses import from_document
-
-    assert from_document(Document.parse('kind = "slalom"\nname = "short"\ncones = 4')).cones == 4
+    assert str(path) in str(caught.value)

@@ -1,13 +1,19 @@
+from __future__ import annotations
+
 import numpy as np
 import pytest
 
-from ground.faults.car_stand_in import SENSORS, Car, Steering
+from ground.rigs import SENSORS, Car
 from tierod.core.errors import ParameterError
 from tierod.core.graph.kernel import kernel
 from tierod.core.graph.trace import initial_memory
+from tierod.core.recording import Channel, Recording
+from tierod_lab.ground import SensorSet, run
+from tierod_lab.ground.cars.demonstrator_car import DemonstratorCar
+from tierod_lab.ground.courses.catalogue import load
 from tierod_lab.ground.faults import (
-    AtDistance,
     AtTime,
+    Delay,
     Drift,
     DropOut,
     Effect,
@@ -24,6 +30,7 @@ from tierod_lab.ground.faults import (
     TotalLoss,
     When,
     Within,
+    injected,
 )
 from tierod_lab.ground.integration import Varied
 from tierod_lab.ground.recorder import channel_names
@@ -36,7 +43,7 @@ def make(*faults, seed=0, seconds=SECONDS):
     return Schedule(faults, Car(), SENSORS, seed, seconds)
 
 
-def drive(schedule, speed=lambda time: 10.0, curvature=lambda time: 0.02 * np.sin(time), piece=PIECE, car=None):
+def driven(schedule, speed=lambda time: 10.0, curvature=lambda time: 0.02 * np.sin(time), piece=PIECE, car=None):
     block = Varied(car or Car(), schedule.parameters) if schedule.parameters else car or Car()
     driven, memory = kernel(block), initial_memory(block)
     index = {name: column for column, name in enumerate(driven.graph.sample)}
@@ -73,21 +80,16 @@ def torque(time):
     "behaviour",
     [
         TotalLoss(),
-        Stuck(),
-        Stuck(1.0),
         Offset(0.5),
-        Gain(-1.0),
-        Noise(0.3),
         Spikes(3.0, rate=2.0),
         DropOut(0.5, repeat=True),
         Intermittent(Stuck(), 0.3, 0.3),
-        Intermittent(Noise(0.3), 0.3, 0.3),
     ],
     ids=lambda behaviour: type(behaviour).__name__,
 )
 def test_a_loop_and_the_recording_see_the_same_fault(behaviour):
     schedule = make(Fault("driver_torque", behaviour, AtTime(3.0), 4.0))
-    time, outputs = drive(schedule)
+    time, outputs = driven(schedule)
     stamps = np.arange(1000) / 100.0
     stamps, recorded = schedule.on_channel("driver_torque", stamps, torque(stamps))
     read = outputs["motor_torque"][np.rint(stamps * 1000).astype(int)] / 2.0
@@ -102,45 +104,15 @@ def test_a_loop_and_the_recording_see_the_same_fault(behaviour):
     assert np.abs(read - torque(stamps)).max() > 0.05
 
 
-def test_a_prefix_takes_one_of_both_places():
-    recorded, looped = make(Fault("sensor.driver_torque", Offset(1.0))), make(Fault("loop.driver_torque", Offset(1.0)))
-    time, values = np.arange(10) / 100.0, np.zeros(10)
-    assert recorded.inputs(time) == {}
-    assert recorded.on_channel("driver_torque", time, values)[1].all()
-    assert looped.inputs(time)["ports.driver_torque.offset"].all()
-    assert not looped.on_channel("driver_torque", time, values)[1].any()
-
-
-def test_several_faults_of_one_element_are_applied_in_order():
-    schedule = make(Fault("driver_torque", Offset(1.0)), Fault("driver_torque", Gain(2.0), AtTime(5.0)))
-    time, outputs = drive(schedule)
-    expected = np.where(time < 5.0, torque(time) + 1.0, 2.0 * (torque(time) + 1.0))
-    np.testing.assert_allclose(outputs["motor_torque"], 2.0 * expected, atol=1e-12)
-    _, recorded = schedule.on_channel("driver_torque", time[::10], torque(time[::10]))
-    np.testing.assert_allclose(recorded, expected[::10], atol=1e-12)
-
-
 HELD = {
-    "offset stuck": (
-        Fault("driver_torque", Offset(1.0), AtTime(2.0)),
-        Fault("driver_torque", Stuck(), AtTime(3.0), 3.0),
-    ),
     "offset of what is stuck": (
         Fault("driver_torque", Offset(1.0), AtTime(4.0), 3.0),
         Fault("driver_torque", Stuck(), AtTime(3.0), 3.0),
-    ),
-    "stuck offset": (
-        Fault("driver_torque", Stuck(), AtTime(3.0), 3.0),
-        Fault("driver_torque", Offset(1.0), AtTime(4.0), 3.0),
     ),
     "drift stuck": (Fault("driver_torque", Drift(1.0), AtTime(1.0)), Fault("driver_torque", Stuck(), AtTime(2.5), 2.5)),
     "gain drop-out": (
         Fault("driver_torque", Gain(3.0), AtTime(2.0), 2.0),
         Fault("driver_torque", DropOut(0.5, repeat=True)),
-    ),
-    "stuck stuck": (
-        Fault("driver_torque", Stuck(), AtTime(1.0), 4.0),
-        Fault("driver_torque", Stuck(), AtTime(3.0), 4.0),
     ),
 }
 ALONE = ("offset of what is stuck", "gain drop-out")
@@ -156,42 +128,18 @@ ALONE = ("offset of what is stuck", "gain drop-out")
 )
 def test_what_is_held_of_a_faulty_signal_is_the_same_in_the_loop(name, piece):
     schedule = make(*HELD[name])
-    _, outputs = drive(schedule, piece=piece)
+    _, outputs = driven(schedule, piece=piece)
     stamps = np.arange(1000) / 100.0
     _, recorded = schedule.on_channel("driver_torque", stamps, torque(stamps))
     # What is held in the loop is up to 10 ms younger than the last frame, and up to tripled here.
     np.testing.assert_allclose(outputs["motor_torque"][::10] / 2.0, recorded, atol=0.065)
 
 
-def test_what_is_stuck_from_the_beginning_stays_at_its_first_value():
-    schedule = make(Fault("driver_torque", Stuck()))
-    time, outputs = drive(schedule)
-    np.testing.assert_allclose(outputs["motor_torque"], 8.0, atol=1e-12)
-    assert (schedule.on_channel("driver_torque", time[::10], torque(time[::10]))[1] == 4.0).all()
-
-
-def test_parameters_and_what_is_around_the_car():
-    schedule = make(
-        Fault("steering.level", Step(6.0), AtTime(2.0)),
-        Fault("road.curvature", Gain(3.0), AtTime(4.0), 1.0),
-        Fault("demand.speed", Step("72 km/h"), AtTime(6.0)),
-    )
-    time, outputs = drive(schedule)
-    curvature = np.where((time >= 4.0) & (time < 5.0), 0.06, 0.02) * np.sin(time)
-    np.testing.assert_allclose(outputs["driver_torque"], 100.0 * curvature + np.where(time < 2.0, 4.0, 6.0), atol=1e-12)
-    np.testing.assert_allclose(outputs["vehicle_speed"], np.where(time < 6.0, 10.0, 20.0))
-
-
-def test_surroundings_need_to_know_the_course():
-    with pytest.raises(ParameterError, match="give `usual`"):
-        make(Fault("road.curvature", Gain(3.0))).inputs(np.arange(3.0))
-
-
 def test_one_fault_may_have_several_effects():
     schedule = make(
         Fault("steering.level", Step(6.0), AtTime(2.0), 3.0, "worn", also=(Effect("actuator.motor_torque", Gain(0.5)),))
     )
-    time, outputs = drive(schedule)
+    time, outputs = driven(schedule)
     during = (time >= 2.0) & (time < 5.0)
     level = 100.0 * 0.02 * np.sin(time) + np.where(during, 6.0, 4.0)
     np.testing.assert_allclose(outputs["motor_torque"], np.where(during, 1.0, 2.0) * level, atol=1e-12)
@@ -203,67 +151,14 @@ def test_one_fault_may_have_several_effects():
     assert [(each["start"], each["end"]) for each in windows] == [(2.0, 5.0)] * 2
 
 
-def test_a_condition_begins_a_fault_with_the_next_piece():
-    schedule = make(Fault("steering.level", Step(6.0), When("vehicle_speed > 18 km/h", 0.5), 2.0))
-    assert schedule.pending
-    assert schedule.windows[0]["start"] is None
-    time, outputs = drive(schedule, speed=lambda time: 2.0 * time)
-    assert not schedule.pending
-    start = schedule.windows[0]["start"]
-    assert start == pytest.approx(3.0 + 1e-3, abs=PIECE * 1e-3)
-    during = (time >= start - 1e-9) & (time < start + 2.0 - 1e-9)
-    np.testing.assert_allclose(outputs["driver_torque"] - torque(time), np.where(during, 2.0, 0.0), atol=1e-12)
-
-
-@pytest.mark.parametrize("piece", [1, 20, 500])
-def test_a_condition_has_to_hold_without_a_break(piece):
-    schedule = make(Fault("steering.level", Step(6.0), When("|yaw_rate| > 0.1 rad/s and vehicle_speed < 11", 0.7)))
-    # Above 0.1 for 0.45 s only around 1 s, and for 1.05 s from 4.0 s on.
-    drive(
-        schedule,
-        curvature=lambda time: np.where((time > 1.0) & (time < 1.45) | (time > 4.0) & (time < 5.05), -0.02, 0.0),
-        piece=piece,
-    )
-    assert schedule.windows[0]["start"] == pytest.approx(4.7, abs=piece * 1e-3 + 2e-3)
-
-
-def test_a_condition_that_never_comes():
-    schedule = make(Fault("driver_torque", Gain(2.0), When("vehicle_speed > 50 m/s")))
-    drive(schedule)
-    assert schedule.pending
-    assert schedule.windows[0]["end"] is None
-    assert (schedule.on_channel("driver_torque", np.arange(3.0), np.ones(3))[1] == 1.0).all()
-
-
-def test_a_fault_at_a_distance():
-    schedule = make(Fault("steering.level", Step(6.0), AtDistance(42.0)))
-    drive(schedule)
-    assert schedule.windows[0]["start"] == pytest.approx(4.2, abs=PIECE * 1e-3 + 2e-3)
-
-
-def test_a_random_time_is_drawn_within_its_window():
-    starts = [
-        make(Fault("yaw_rate", TotalLoss(), Within(2.0, 6.0)), seed=seed).windows[0]["start"] for seed in range(300)
-    ]
-    assert min(starts) >= 2.0
-    assert max(starts) <= 6.0
-    assert np.mean(starts) == pytest.approx(4.0, abs=0.25)
-    assert np.std(starts) == pytest.approx(4.0 / np.sqrt(12.0), rel=0.1)
-
-
 def test_the_same_seed_gives_the_same_faults_and_others_do_not_move_them():
     noise = Fault("driver_torque", Noise(0.3), Within(1.0, 5.0))
     other = Fault("yaw_rate", Spikes(1.0))
-    first, second = drive(make(noise)), drive(make(other, noise))
+    first, second = driven(make(noise)), driven(make(other, noise))
     assert np.array_equal(first[1]["motor_torque"], second[1]["motor_torque"])
-    assert not np.array_equal(first[1]["motor_torque"], drive(make(noise, seed=1))[1]["motor_torque"])
+    assert not np.array_equal(first[1]["motor_torque"], driven(make(noise, seed=1))[1]["motor_torque"])
     twice = make(noise, noise)
     assert twice.windows[0]["start"] != twice.windows[1]["start"]
-
-
-def test_the_pieces_of_a_run_do_not_matter():
-    faults = (Fault("driver_torque", Intermittent(Noise(0.3)), AtTime(1.234)), Fault("steering.level", Gain(1.1)))
-    assert np.array_equal(drive(make(*faults))[1]["motor_torque"], drive(make(*faults), piece=400)[1]["motor_torque"])
 
 
 def test_what_is_known_afterwards():
@@ -284,15 +179,42 @@ def test_what_is_known_afterwards():
     assert offset["name"] == "yaw_rate offset"
 
 
-def test_no_fault_is_nothing():
-    schedule = make()
-    assert schedule.parameters == ()
-    assert not schedule.pending
-    assert schedule.inputs(np.arange(3.0)) == {}
-    assert schedule.windows == ()
+@pytest.mark.parametrize("behaviour", [TotalLoss(), Stuck(), Offset("5 deg/s"), Drift(0.1), Noise(0.2), Delay(0.1)])
+def test_a_recording_with_an_injected_fault_is_that_of_a_run_with_the_fault(behaviour):
+    car, course, sensors = DemonstratorCar(), load("short-round"), SensorSet.production()
+    fault = Fault("sensor.yaw_rate", behaviour, AtTime(1.5), 1.0)
+    healthy = run(car, course, 3.0, 5, sensors).recording
+    faulty = run(car, course, 3.0, 5, sensors, [fault]).recording
+    made = injected(healthy, [fault], sensors, 5)
+    for name in healthy.names:
+        np.testing.assert_array_equal(made[name].values, faulty[name].values)
+    assert np.any(made["yaw_rate"].values != healthy["yaw_rate"].values)
 
 
-def test_the_parameter_of_the_car_as_it_was_drawn_counts():
-    car = Car(Steering(level=5.0))
-    schedule = Schedule([Fault("steering.level", Gain(2.0))], car, SENSORS, 0, SECONDS)
-    assert (schedule.inputs(np.arange(3.0))["parameters.steering.level"] == 10.0).all()
+def _recording() -> Recording:
+    time = 100.0 + np.arange(500) / 50.0
+    return Recording(
+        {
+            "yaw_rate": Channel("yaw_rate", time, np.sin(time), "rad/s"),
+            "Brake_Light": Channel("Brake_Light", time, 0.0 * time, ""),
+        }
+    )
+
+
+@pytest.mark.parametrize(
+    ("fault", "said"),
+    [
+        (Fault("steering_wheel_angle", Offset(0.1)), "steering_wheel_angle"),
+        (Fault("Brake_Light", Offset(0.1)), "Brake_Light"),
+        (Fault("yaw_rate", Offset(0.1), AtTime(200.0)), "begin earlier"),
+    ],
+)
+def test_what_is_not_recorded_cannot_fail(fault, said):
+    with pytest.raises(ParameterError, match=said):
+        injected(_recording(), [fault])
+
+
+def test_a_condition_is_not_waited_for():
+    fault = Fault("yaw_rate", Offset(0.1), When("yaw_rate > 0.5 rad/s"))
+    with pytest.raises(ParameterError, match="does not wait"):
+        injected(_recording(), [fault])

@@ -73,9 +73,6 @@ def load(name_or_path: str | Path) -> Campaign:
 
     Args:
         name_or_path: a name that `shipped` lists, or the path of a campaign file (.toml)
-
-    Raises:
-        ParameterError: no such campaign, or an invalid or contradictory one (message: file, line, nearest name)
     """
     return from_document(Document.read(_find(str(name_or_path)), "campaign"))
 
@@ -143,7 +140,6 @@ def _judge(choice: MonitorChoice, document: Document, location: tuple[str | int,
 def _reference_points(
     file: CampaignFile, document: Document, matrix: Sequence[Point], scattered: bool
 ) -> list[int | None]:
-    """Number of the cell that sets the baseline, for every cell; every car needs a fault-free drive for it."""
     if file.same_car is None:
         raise document.error(
             ("same_car",),
@@ -227,7 +223,6 @@ def estimate(campaign: Campaign, store: Store, processes: int) -> Estimate:
 
 
 def _speed(cell: Cell) -> float:
-    """Simulation speed as a multiple of real time; without faults, which would start after the end of a short drive."""
     scenario = replace(cell.scenario, faults=()).with_run(seconds=min(TASTE, cell.scenario.duration))
     scenario.run()  # the first run includes the compilation
     began = time.perf_counter()

@@ -51,11 +51,7 @@ class Comparison:
 
 
 def compare(first: Path, second: Path) -> list[Comparison]:
-    """Compare the monitors of two campaigns, pair by pair.
-
-    Raises:
-        InputError: a folder without a campaign, or no common drive or monitor
-    """
+    """Compare the monitors of two campaigns, pair by pair."""
     tables = [read_table(folder / "cells.parquet") for folder in (first, second)]
     labels = [monitors_of(rows) for rows in tables]
     common = [(label, label) for label in labels[0] if label in labels[1]]
@@ -154,7 +150,6 @@ def _verdict_of(row: Row) -> tuple[str, str]:
 
 
 def _right(pairs: Sequence[Pair]) -> dict[str, Any]:
-    """Numbers of verdicts that are correct in one campaign only, with their sign test, which is McNemar's test."""
     flags = [(_verdict_of(pair.first)[1] in RIGHT, _verdict_of(pair.second)[1] in RIGHT) for pair in pairs]
     test = paired([float(second) - float(first) for first, second in flags])
     return {

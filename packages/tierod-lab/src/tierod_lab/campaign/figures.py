@@ -135,7 +135,6 @@ def paired(differences: Sequence[float] | np.ndarray) -> Paired:
 
 
 def _bootstrap(values: np.ndarray) -> tuple[float, float]:
-    """Percentile interval of the means of resamples; seeded, so that equal pairs give equal intervals."""
     generator = np.random.default_rng(len(values))
     # Eight parts need an eighth of the memory.
     means = np.concatenate(

@@ -190,7 +190,6 @@ class Gate:
 
     @property
     def name(self) -> str:
-        """Figure and place in words."""
         place = ", ".join(f"{axis} {' or '.join(labels(levels))}" for axis, levels in self.where.items())
         return f"{self.figure}{f' ({place})' if place else ''}"
 

@@ -113,7 +113,6 @@ def failed(cell: Cell, reason: str, lasting: bool) -> dict[str, Any]:
 
 
 def _judged(task: Task, verdict: Verdict, recording: Recording, fault: Window | None) -> dict[str, Any]:
-    """Record of a verdict; if it cannot be made, with the reason."""
     record: dict[str, Any] = {"monitor": verdict.judge.label, "drive": task.cell.key, "judged": None, "baseline": None}
     if verdict.reference.refusal:
         return record | {"reason": verdict.reference.refusal, "lasting": verdict.reference.lasting}
@@ -155,7 +154,6 @@ def _machine() -> dict[str, Any]:
 
 
 def _plain(value: object) -> Any:
-    """The value as plain JSON; unknown types become text."""
     import json
 
     return json.loads(json.dumps(_finite(value), default=str, allow_nan=False))
@@ -236,7 +234,6 @@ def _task(plan: Plan, store: Store, cell: Cell) -> Task:
 
 
 def _reference(plan: Plan, store: Store, cell: Cell, judge: Judge) -> Reference:
-    """Baseline from the first fault-free drive of the same car."""
     if cell.reference is None or not judge.learns:
         return Reference()
     reference = plan.cells[cell.reference]

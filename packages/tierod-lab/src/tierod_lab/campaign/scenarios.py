@@ -83,7 +83,6 @@ class Scenes:
             raise self._blamed(point, error) from None
 
     def _blamed(self, point: Point, error: ParameterError) -> ParameterError:
-        """The error at the line of the first level that fails by itself, or of the axes if only all together fail."""
         message = str(error)
         if message.startswith(f"{self.document.path}, line"):
             return error

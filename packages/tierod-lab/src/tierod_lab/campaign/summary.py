@@ -167,7 +167,6 @@ def _states(summary: Summary, monitor: str) -> dict[str, Any]:
 
 
 def _cell(rows: Sequence[Row]) -> dict[str, Any]:
-    """One drive with the results of all monitors."""
     row = rows[0]
     recording = row.drive["recording"]
     return {

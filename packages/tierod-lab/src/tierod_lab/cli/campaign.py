@@ -152,7 +152,6 @@ def _say_what_is_kept(chosen: Campaign, folder: Path) -> None:
 
 
 def _show_progress(count: Counting, made: Progress) -> None:
-    """Name a failed drive at once, and count the finished ones."""
     if made.outcome not in ("", "driven"):
         count.say(f"{made.outcome}: {made.name}")
     count.show(made.done, made.total)

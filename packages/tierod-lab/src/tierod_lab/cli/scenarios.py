@@ -48,7 +48,6 @@ def _names() -> dict[str, tuple[str, ...]]:
 
 
 def _kind_of(name: str, wanted: tuple[str, ...]) -> str:
-    """Kind of file that a name refers to; a path is of the first requested kind."""
     from pathlib import Path
 
     from tierod.core.errors import ParameterError, nearest
@@ -74,7 +73,6 @@ def _path(kind: str, name: str) -> Path:
 
 
 def _to_begin_with(kind: str, name: str) -> str:
-    """Text of the file; relative paths in it are made absolute, so that a copy elsewhere finds them."""
     from tierod.core.toml_document import Document
     from tierod_lab.ground.scenarios.reader import named_files
 

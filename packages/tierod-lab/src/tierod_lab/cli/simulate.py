@@ -76,7 +76,6 @@ def simulate(
 
 
 def _before_run(whole: Scenario, chosen: Scenario) -> Iterator[str]:
-    """What a user knows before a run: native code of a foreign unit, and faults that begin after its end."""
     from tierod_lab.ground.scenarios.plants import native_code
 
     yield from native_code([chosen])
@@ -92,7 +91,6 @@ def _refuse_plant(plant: Path | None) -> None:
 
 
 def _with_plant(scenario: Scenario, plant: Path) -> Scenario:
-    """The scenario with a unit in place of its car; prints the assumptions about the unit."""
     from tierod.cli.terminal import messages
     from tierod.core.errors import ParameterError
     from tierod.core.toml_document import Document
@@ -153,7 +151,6 @@ def _diverged(scenario: Scenario, outcome: Outcome, path: Path) -> str:
 
 
 def _parted(outcome: Outcome) -> tuple[list[str], list[str]]:
-    """Names of the measured channels, and of the channels that hold the truth."""
     names = outcome.recording.names
     return [n for n in names if not n.startswith("truth_")], [n for n in names if n.startswith("truth_")]
 
@@ -198,7 +195,6 @@ def _show(scenario: Scenario, outcome: Outcome, path: Path, took: float) -> None
 
 
 def _next(scenario: Scenario, path: Path) -> list[str]:
-    """The command suggested next: that of the scenario, with the recording before its options."""
     words = scenario.next_command.split() or ["diagnose"]
     options = next((place for place, word in enumerate(words) if word.startswith("--")), len(words))
     return ["tierod", *words[:options], str(path), "--vehicle", scenario.vehicle, *words[options:]]

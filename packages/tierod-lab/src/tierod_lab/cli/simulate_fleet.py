@@ -22,10 +22,6 @@ def simulate_fleet(
     Args:
         seed, seconds: seed and duration of a drive [s]; None for those of the file
         workers: number of processes; None for one per core
-
-    Raises:
-        ParameterError: the file has an error
-        OutputError: the folder cannot be written
     """
     from tierod.cli.terminal import print_json, print_remark, progress, say
     from tierod.work.pool import cores

@@ -116,7 +116,6 @@ def _require_writable(folder: Path) -> None:
 
 @contextmanager
 def _shown_progress(name: str) -> Iterator[Callable[[float, str], None]]:
-    """Progress on stderr: a bar on a terminal, and a line for every part of the study."""
     from tierod.cli.terminal import messages, progress
 
     last = ""

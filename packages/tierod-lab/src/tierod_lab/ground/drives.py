@@ -103,9 +103,6 @@ def drive(
         canonical channels at the rates of their sensors, and true values at 100 Hz in channels prefixed `truth_`;
         `truth_friction_torque` is the friction level that a monitor should estimate, `truth_friction_resistance` the
         signed friction torque
-
-    Raises:
-        ParameterError: a duration that is not positive; a run that diverges
     """
     if not 0.0 < minutes < math.inf:
         raise ParameterError(f"a drive needs a positive duration, not {minutes} min")
@@ -138,9 +135,6 @@ def lock_to_lock(
 
     Returns:
         the same channels as `drive`
-
-    Raises:
-        ParameterError: a rate or an angle that is not positive
 
     Source: Mohtat et al., Appendix A: 0, -570, +570, 0 degrees.
     """

@@ -148,9 +148,6 @@ class Varied:
 
     Args:
         paths: dotted names of float fields ("steering.friction.level"); the inputs replace their values in the block
-
-    Raises:
-        ParameterError: the block has no such float field
     """
 
     block: Plant
@@ -164,7 +161,6 @@ class Varied:
 
     @property
     def Sample(self) -> type:
-        """Sample of the block, with a branch `parameters`."""
         own: type = self.block.Sample
         return _sample(own, tuple(sorted(self.paths)))
 
@@ -193,7 +189,6 @@ def _sample(own: type, paths: tuple[str, ...]) -> type:
 
 
 def _branch(name: str, paths: Iterable[str]) -> Any:
-    """Nested NamedTuple classes for dotted paths, in which a leaf has the name of the field it replaces."""
     below: dict[str, list[str]] = {}
     for path in paths:
         head, _, rest = path.partition(".")
@@ -212,7 +207,6 @@ def _field(head: str) -> str:
 
 
 def _changed(part: Any, values: Tree) -> Any:
-    """Copy of a dataclass or tuple with fields replaced at any depth; without checks, since values may be symbols."""
     fresh = {
         name.removeprefix(_ITEM): _changed(_get(part, name), value) if isinstance(value, tuple) else value
         for name, value in zip(values._fields, values, strict=True)

@@ -110,10 +110,6 @@ def run(
         seconds: duration [s]; that of the course if None
         seed: seed of all random numbers; sensors, scatter and faults use separate streams and do not affect each other
         sensors: sensors of the car; those of a production car if None; sensors of channels the car lacks are dropped
-
-    Raises:
-        ParameterError: a duration that is not finite or shorter than a step; a step that is too long, or parts of the
-            car with different steps; a fault, sensor or course that does not fit the car
     """
     seconds = course.duration if seconds is None else seconds
     _require_fault_free(car, seconds)

@@ -127,9 +127,6 @@ class Scatter(UsualScatter):
         Args:
             table: fields of this class; in `parameters` a number is a log-normal deviation, a table is a `Spread`
             base: scatter whose values are kept where the table has none; the defaults if None
-
-        Raises:
-            ParameterError: an invalid entry, with file and line
         """
         place = tuple(location)
         plain = {name: value for name, value in table.items() if name != "parameters"}
@@ -146,11 +143,7 @@ class Scatter(UsualScatter):
         return cls(**vars(own), parameters=spreads, origin=(document, place))
 
     def draw(self, car: Drawn, sensors: SensorSet, generator: np.random.Generator) -> tuple[Drawn, SensorSet]:
-        """A car and its sensors, drawn around the given ones.
-
-        Raises:
-            ParameterError: a path that neither car nor sensors have, or a unit that does not fit
-        """
+        """A car and its sensors, drawn around the given ones."""
         known = _known(car, sensors)
         spreads = self._fitted(known)
         changes = dict(self.usual(known, generator))

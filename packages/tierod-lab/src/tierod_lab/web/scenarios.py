@@ -90,7 +90,6 @@ def drive(given: Mapping[str, Any], progress: Callable[[float], None]) -> tuple[
 
 
 def _as_chosen(plain: str, faults: Iterable[Mapping[str, Any]]) -> str:
-    """An error in a scenario file, in words of the fields of the page."""
     usual = {each["name"]: each["size"] for each in catalogue()["faults"]}
     for number, fault in enumerate(faults):
         name, size = fault.get("name"), str(fault.get("size") or "").strip()

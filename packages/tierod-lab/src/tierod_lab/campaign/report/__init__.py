@@ -245,7 +245,6 @@ def _square(outcomes: Sequence[str]) -> str:
 
 
 def _confusion(confusion: Mapping[str, Mapping[str, int]]) -> Table:
-    """Confusion matrix: true states down, statuses across in the order of severity."""
     seen = {status for counts in confusion.values() for status in counts}
     statuses = [status for status in (*map(str, SEVERITY), "no verdict") if status in seen]
     rows = []
@@ -289,13 +288,11 @@ def _pool(pool: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _spread(figures: Mapping[str, Any]) -> str:
-    """Bias and standard deviation as text: "+0.12 ± 0.30"."""
     bias, deviation = value(figures["bias"]), value(figures["deviation"])
     return "–" if math.isnan(bias) else f"{'+' if bias >= 0.0 else ''}{number(bias, 3)} ± {number(deviation, 3)}"
 
 
 def _found(figures: Mapping[str, Any]) -> str:
-    """Number of detected faults, of those that were not preceded by an alarm."""
     could = figures["faulty"] - figures["early"]
     return f"{figures['found']} of {could}" if could else "–"
 
@@ -358,7 +355,6 @@ def _faults(pools: Sequence[Mapping[str, Any]]) -> dict[str, list[tuple[str, Map
 
 
 def _places(sizes: Sequence[str]) -> tuple[list[Any], str]:
-    """Sizes as numbers with their common unit; sizes that are not numbers stay names."""
     parts = [_NUMBER.fullmatch(size) for size in sizes]
     units = {part[2].strip() for part in parts if part}
     if all(parts) and len(units - {""}) <= 1:
@@ -397,7 +393,6 @@ def box_chart(index: int, states: Mapping[str, Any]) -> Chart | None:
 
 
 def _failures(cells: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
-    """Drives that failed and verdicts that are missing, grouped by reason."""
     alike: dict[tuple[str, str, str], list[str]] = {}
     for cell in cells:
         if cell["outcome"] != "driven":

@@ -46,11 +46,6 @@ def campaign(
         scheduler: address of a Dask scheduler whose workers run the drives; they must have access to the folder
         summary_only: only write table and report of the drives that exist
         command: command line of the user, for the report
-
-    Raises:
-        ParameterError: the campaign does not exist or is invalid, or the cluster cannot be used
-        InputError: with `summary_only`, there is no verdict
-        OutputError: the folder cannot be written
     """
     chosen = campaign if isinstance(campaign, Campaign) else load(campaign)
     # Workers of a cluster have working directories of their own.
@@ -78,9 +73,6 @@ def compare(first: str | Path, second: str | Path, folder: str | Path, *, comman
 
     Args:
         command: command line of the user, for the report
-
-    Raises:
-        InputError: a folder contains no campaign, or the campaigns have no drive in common
     """
     folders, target = (Path(first), Path(second)), Path(folder)
     content = comparison.document(comparison.compare(*folders), folders, command)

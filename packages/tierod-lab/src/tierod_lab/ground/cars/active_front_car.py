@@ -45,12 +45,10 @@ class ActiveFrontCar(Car):
 
     @property
     def actuators(self) -> tuple[str, ...]:
-        """Motors whose torque faults can change; the superposition motor imposes its speed on the steering."""
         return ("column_assist_torque", "motor_torque")
 
     @property
     def ports(self) -> tuple[str, ...]:
-        """Signals that the control units read, the motors, and the lock, which holds the motor at an offset of one."""
         return (
             "driver_torque",
             "steering_wheel_angle",
@@ -63,11 +61,9 @@ class ActiveFrontCar(Car):
         )
 
     def reset(self) -> Units:
-        """Memory of control units at rest and a cold motor."""
         return Units(self.assist.remembered(), self.angle_control.remembered(), self.motor.init())
 
     def control(self, memory: Units, seen: Observed, read: Read) -> Controlled:
-        """Assist, target of the motor angle, its control, and simulation of the motor over the coming step."""
         steering, before = seen.steering, memory.motor.rotor
         speed, wheel = read("vehicle_speed", seen.vehicle_speed), read("steering_wheel_angle", seen.hand.angle)
         assist, assist_torque = self.assist.decide(

@@ -97,7 +97,6 @@ class Observed(NamedTuple):
 
     @property
     def hand(self) -> Hand:
-        """Motion of the steering wheel."""
         return self.view.hand
 
     @property
@@ -127,28 +126,16 @@ class Car:
 
     @property
     def ports(self) -> tuple[str, ...]:
-        """Names of the signals that control units read, and of the actuators, where faults can act.
-
-        An actuator without a port delivers the torque that its control unit commands. A control unit that has itself
-        passed an actuator's torque through its port, ahead of a drive of its own, prevents a second pass.
-        """
         return self.steering.actuators
 
     @property
     def Sample(self) -> type:
-        """Class of the external inputs of the car at one instant."""
         return _sample(self.ports)
 
     def reset(self) -> Memory:
-        """Memory of the control units before the first step."""
         return ()
 
     def control(self, memory: Memory, seen: Observed, read: Read) -> Controlled:
-        """One step of the control units.
-
-        Returns:
-            memory, requested torque of every actuator [N*m], signals (NamedTuple of canonical names)
-        """
         return memory, (0.0,) * len(self.steering.actuators), ()
 
     def init(self) -> State:

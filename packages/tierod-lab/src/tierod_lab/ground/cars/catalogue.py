@@ -41,11 +41,7 @@ NONE = "none"  # Name for a part that is left out
 
 
 def car_of(kind: str, document: Document) -> Plant:
-    """A car of a kind with the defaults of its class.
-
-    Raises:
-        ParameterError: there is no such kind
-    """
+    """A car of a kind with the defaults of its class."""
     if kind not in KINDS:
         raise document.error(("kind",), f"no kind of car is called '{kind}'{nearest(kind, KINDS)}")
     car: Plant = KINDS[kind]()
@@ -92,11 +88,7 @@ def _name(part: object) -> str:
 
 
 def with_parts(block: Plant, parts: Mapping[str, str], document: Document, location: Location = ("parts",)) -> Plant:
-    """A car with other parts, each with the defaults of its class; outer parts are replaced first.
-
-    Raises:
-        ParameterError: an unknown path or part
-    """
+    """A car with other parts, each with the defaults of its class; outer parts are replaced first."""
     # Outer parts come first, since they determine which inner parts exist.
     for place, name in sorted(parts.items(), key=lambda part: part[0].count(".")):
         known = choices(block)
@@ -116,11 +108,7 @@ def with_parts(block: Plant, parts: Mapping[str, str], document: Document, locat
 
 
 def on_tyres(block: Plant, name: str, document: Document, location: Location) -> Plant:
-    """A car on tyres of another kind, in the sizes of its own tyres.
-
-    Raises:
-        ParameterError: no such tyres, or a car without exchangeable tyres
-    """
+    """A car on tyres of another kind, in the sizes of its own tyres."""
     known = {each.replace(" ", "-"): tyre for each, tyre in TYRES.items()}
     if name not in known:
         raise document.error(location, f"no tyres are called '{name}'{nearest(name, known)}")
@@ -183,12 +171,10 @@ class VirtualCar:
 
     @property
     def name(self) -> str:
-        """Name of the car in scenarios."""
         return self.file.name
 
     @property
     def vehicle(self) -> str:
-        """Name of the vehicle file with which monitors judge the car; "" if tierod ships none."""
         return self.file.vehicle or (self.name if self.name in vehicles.shipped() else "")
 
     def source_of(self, path: str) -> str:
@@ -201,9 +187,6 @@ class VirtualCar:
 
         Values in the car's file for a part that is replaced also apply to the new part, as far as it has the same
         parameters.
-
-        Raises:
-            ParameterError: unknown tyres, parts or parameters, a wrong unit or value
         """
         block = with_parts(self.block, by_path(choice.parts), document, (*location, "parts"))
         if choice.parts:
@@ -226,9 +209,6 @@ def find(given: str, beside: Path | None = None) -> Path:
 
     Args:
         beside: folder of relative paths; the working directory if None
-
-    Raises:
-        ParameterError: there is no such car
     """
     if given in shipped():
         return SHIPPED / f"{given}.toml"
@@ -245,9 +225,6 @@ def load(name_or_path: str | Path, beside: Path | None = None) -> VirtualCar:
 
     Args:
         beside: folder of relative paths; the working directory if None
-
-    Raises:
-        ParameterError: no such car, or an invalid file; the message contains the line and the nearest names
     """
     document = Document.read(find(str(name_or_path), beside), "virtual car")
     file = build(CarFile, document.content, document)

@@ -107,7 +107,6 @@ class ColumnBench:
 
     @property
     def actuators(self) -> tuple[str, ...]:
-        """Assist motor."""
         return ("motor_torque",)
 
     def init(self) -> BenchState:
@@ -129,11 +128,6 @@ class ColumnBench:
     def derivative(
         self, motion: ColumnMotion, start: ColumnMotion, friction: Scalar, motor_torque: Scalar, acting: Acting
     ) -> ColumnMotion:
-        """Rate of change of the motion; dry friction is evaluated along the path from the `start`.
-
-        Args:
-            motor_torque: electromagnetic torque of the motor [N*m]
-        """
         bar = self._bar(motion)
         coupling = gear_coupling_torque(motion.motor_angle, motion.gear_angle, self.gear_ratio, self.gear_stiffness)
         dry = self.friction.torque(friction, motion.motor_angle - start.motor_angle, motion.motor_rate)

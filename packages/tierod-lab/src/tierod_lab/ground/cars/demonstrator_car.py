@@ -44,7 +44,6 @@ class DemonstratorCar(Car):
 
     @property
     def ports(self) -> tuple[str, ...]:
-        """Signals that the automated driver reads, and the four motors."""
         return (
             "steering_wheel_angle",
             "yaw_rate",
@@ -54,11 +53,9 @@ class DemonstratorCar(Car):
         )
 
     def reset(self) -> Units:
-        """Memory of controls at rest and motors without torque."""
         return Units(self.driver.reset(), 0.0, 0.0)
 
     def control(self, memory: Units, seen: Observed, read: Read) -> Controlled:
-        """Step of the automated driver, and lag of the wheel motors."""
         wheels = seen.reaction.wheel_speeds
         rear_left = read("wheel_speed_rear_left", wheels.rear_left)
         rear_right = read("wheel_speed_rear_right", wheels.rear_right)

@@ -30,7 +30,6 @@ class EpsCar(Car):
 
     @property
     def ports(self) -> tuple[str, ...]:
-        """Signals that the assist unit reads, and its motor."""
         return (
             "driver_torque",
             "steering_wheel_angle",
@@ -40,11 +39,9 @@ class EpsCar(Car):
         )
 
     def reset(self) -> Memory:
-        """Memory of the assist unit."""
         return self.assist.remembered()
 
     def control(self, memory: Memory, seen: Observed, read: Read) -> Controlled:
-        """Step of the assist unit."""
         memory, torque = self.assist.decide(
             memory,
             read("driver_torque", seen.steering.driver_torque),
@@ -94,15 +91,12 @@ class PmEpsCar(EpsCar):
 
     @property
     def ports(self) -> tuple[str, ...]:
-        """Signals that assist unit and drive read, and the motor."""
         return (*super().ports, *IN_LOOP)
 
     def reset(self) -> Units:
-        """Memory of an assist unit at rest and a cold motor."""
         return Units(super().reset(), self.motor.init())
 
     def control(self, memory: Units, seen: Observed, read: Read) -> Controlled:
-        """Step of the assist unit, and simulation of the drive over the coming step."""
         assist, (request,), _ = super().control(memory.assist, seen, read)
         motor, signals, torque = self.motor.torque(
             memory.motor,

@@ -61,7 +61,6 @@ class MotorBench:
 
     @property
     def actuators(self) -> tuple[str, ...]:
-        """Motor of the bench."""
         return ("motor_torque",)
 
     def init(self) -> MotorBenchState:

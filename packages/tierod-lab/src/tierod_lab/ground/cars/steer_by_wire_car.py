@@ -39,7 +39,6 @@ class SteerByWireCar(Car):
 
     @property
     def ports(self) -> tuple[str, ...]:
-        """Signals that the control units read, and both motors."""
         return (
             "steering_wheel_angle",
             "steering_wheel_rate",
@@ -49,11 +48,9 @@ class SteerByWireCar(Car):
         )
 
     def reset(self) -> AngleMemory:
-        """Memory of the angle control."""
         return self.angle_control.remembered()
 
     def control(self, memory: AngleMemory, seen: Observed, read: Read) -> Controlled:
-        """Target angle of the road wheels, its control, and the steering feel."""
         wheel = read("steering_wheel_angle", seen.hand.angle)
         gain = self.gain.gain(read("vehicle_speed", seen.vehicle_speed))
         target = self.steering_ratio * gain * wheel

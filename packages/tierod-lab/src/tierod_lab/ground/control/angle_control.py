@@ -38,16 +38,9 @@ class AngleControl:
     step_time: Annotated[float, "s", POSITIVE] = 1e-3
 
     def remembered(self) -> AngleMemory:
-        """State at rest, straight ahead."""
         return AngleMemory(0.0, 0.0, 0.0, 0.0, 0.0)
 
     def decide(self, memory: AngleMemory, target: Scalar, angle: Scalar) -> tuple[AngleMemory, Scalar]:
-        """State after a step, and the requested torque [N*m].
-
-        Args:
-            target: target angle [rad]
-            angle: sensed angle [rad]
-        """
         keep = exp(-self.step_time / self.rate_time)
         gain = (1.0 - keep) / self.step_time
         rate = keep * memory.rate + gain * (angle - memory.angle)
@@ -73,17 +66,9 @@ class SpeedControl:
     step_time: Annotated[float, "s", POSITIVE] = 1e-3
 
     def remembered(self) -> float:
-        """Integral part before the first step [m/s**2]."""
         return 0.0
 
     def decide(self, memory: Scalar, target: Scalar, planned: Scalar, speed: Scalar) -> tuple[Scalar, Scalar]:
-        """Integral part after a step, and the requested acceleration [m/s**2].
-
-        Args:
-            target: target speed [m/s]
-            planned: acceleration of the target [m/s**2]
-            speed: sensed speed [m/s]
-        """
         error = target - speed
         asked = planned + self.proportional * error + memory
         given = limit(asked, -self.greatest_acceleration, self.greatest_acceleration)

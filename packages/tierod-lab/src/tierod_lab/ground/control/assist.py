@@ -79,19 +79,11 @@ class AssistUnit:
     step_time: Annotated[float, "s", POSITIVE] = 1e-3
 
     def remembered(self) -> AssistMemory:
-        """State at rest."""
         return AssistMemory(0.0, 0.0, 0.0)
 
     def decide(
         self, memory: AssistMemory, driver_torque: Scalar, speed: Scalar, angle: Scalar, rate: Scalar
     ) -> tuple[AssistMemory, Scalar]:
-        """State after a step, and the requested torque at the motor's shaft [N*m].
-
-        Args:
-            driver_torque: torque in the torsion bar [N*m]
-            speed: forward speed [m/s]
-            angle, rate: angle [rad] and rate [rad/s] of the steering wheel
-        """
         filtered = self._lead(memory, driver_torque)
         rate = rate - (driver_torque - memory.driver_torque) / (self.step_time * self.bar_stiffness)
         wanted = self.characteristic.torque(filtered, speed, self.maximum_torque)

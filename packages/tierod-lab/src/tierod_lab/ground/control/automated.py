@@ -91,22 +91,18 @@ class AutomatedDriver:
         return ()
 
     def remembered(self) -> tuple[()]:
-        """Empty memory: localisation has no delay."""
         return ()
 
     def decide(self, memory: tuple[()], seen: Seen, demand: Demand) -> tuple[tuple[()], Intent]:
-        """No decision by hand or foot: see `command`."""
         return (), Intent(0.0, 0.0)
 
     def hand_torque(self, motion: tuple[()], hand: Hand, demand: Demand) -> Scalar:
-        """Only the torque that a course adds, since there are no hands [N*m]."""
         return demand.hand_torque
 
     def derivative(self, motion: tuple[()], intent: Intent, hand: Hand, demand: Demand) -> tuple[()]:
         return ()
 
     def reset(self) -> Command:
-        """Memory of the controls before the first step."""
         return Command(self.angle_control.remembered(), self.speed_control.remembered(), 0.0, 0.0)
 
     def command(self, memory: Command, seen: Seen, demand: Demand, sensed: Sensed) -> tuple[Command, Targets]:

@@ -45,7 +45,6 @@ class Pedals:
     resting_rate: Annotated[float, "m/s**3", POSITIVE] = 3.0
 
     def remembered(self) -> Foot:
-        """State of a relaxed foot."""
         return Foot(0.0, 0.0, 0.0)
 
     def press(
@@ -135,11 +134,9 @@ class HumanDriver:
         return Muscles(0.0, 0.0, 0.0)
 
     def remembered(self) -> Mind:
-        """Memory before the first step."""
         return Mind(Ring(self.delay_steps), 0.0, self.pedals.remembered())
 
     def decide(self, memory: Mind, seen: Seen, demand: Demand) -> tuple[Mind, Intent]:
-        """Decide once per step, on the lateral offset seen one reaction delay earlier."""
         foot, acceleration = self.pedals.press(
             memory.foot, seen.speed, demand.speed, demand.acceleration, self.step_time
         )
@@ -161,7 +158,6 @@ class HumanDriver:
         return self.correction * pursuit_curvature(offset_ahead, reach)
 
     def hand_torque(self, motion: Muscles, hand: Hand, demand: Demand) -> Scalar:
-        """Torque of the hands on the steering wheel [N*m]."""
         arms = self.arm_stiffness * (motion.angle - hand.angle) + self.arm_damping * (motion.rate - hand.rate)
         return limit(demand.grip * arms, -self.torque_limit, self.torque_limit) + demand.hand_torque
 

@@ -19,11 +19,7 @@ _CONDITIONS, WAY = 1, 2
 
 
 def require_rise(first_speed: float, last_speed: float) -> None:
-    """Reject a test whose speed [m/s] does not rise.
-
-    Raises:
-        ParameterError: the last speed is not above the first one
-    """
+    """Reject a test whose speed [m/s] does not rise."""
     if not first_speed < last_speed:
         raise ParameterError(
             f"the speed of the test would rise from {first_speed:g} to {last_speed:g} m/s; give a last_speed above the "
@@ -32,11 +28,7 @@ def require_rise(first_speed: float, last_speed: float) -> None:
 
 
 def require_some(what: str, count: int) -> None:
-    """Reject a test with a count below one.
-
-    Raises:
-        ParameterError: the count is not positive
-    """
+    """Reject a test with a count below one."""
     if count < 1:
         raise ParameterError(f"a test cannot have {count} {what}; give at least 1")
 
@@ -83,17 +75,14 @@ class WayCourse(Described):
 
     @cached_property
     def way(self) -> Way:
-        """The road and its stops."""
         raise NotImplementedError
 
     @cached_property
     def plan(self) -> Plan:
-        """Planned distance of the car over time."""
         return self.pace.plan(self.way)
 
     @property
     def duration(self) -> float:
-        """Planned duration [s]."""
         return (len(self.plan.speed) - 1) * TICK
 
     @property
@@ -117,7 +106,6 @@ class WayCourse(Described):
         return Grid(TICK, self.plan._asdict())
 
     def columns(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray | float, ahead: float) -> Columns:
-        """Inputs at some instants, see `Course.columns`."""
         columns, planned = self._road.at(distance), self._planned.at(time)
         columns |= self._ahead.at(distance + speed * ahead)
         allowed, rise = HASTE * columns.pop("allowed"), columns.pop("rise")
@@ -136,7 +124,6 @@ class TimeCourse(Described):
 
     @property
     def duration(self) -> float:
-        """Duration of the whole course [s]."""
         raise NotImplementedError
 
     @property
@@ -144,15 +131,12 @@ class TimeCourse(Described):
         return Start(float(self.speed_at(np.zeros(1))[0][0]))
 
     def speed_at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Target speed [m/s] and acceleration [m/s**2] at some instants."""
         raise NotImplementedError
 
     def angle_at(self, time: np.ndarray) -> np.ndarray:
-        """Target steering-wheel angle at some instants [rad]."""
         raise NotImplementedError
 
     def columns(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray | float, ahead: float) -> Columns:
-        """Inputs at some instants, see `Course.columns`."""
         wanted, acceleration = self.speed_at(time)
         columns = {
             "demand.speed": wanted,

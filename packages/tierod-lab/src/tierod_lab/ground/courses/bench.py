@@ -40,7 +40,6 @@ class BenchTorque(Described):
 
     @property
     def duration(self) -> float:
-        """Duration of the whole course [s]."""
         return self.time
 
     @property
@@ -48,11 +47,9 @@ class BenchTorque(Described):
         return Start()
 
     def torque_at(self, since: np.ndarray) -> np.ndarray:
-        """Torque of the motor at times since the settling [N*m]."""
         raise NotImplementedError
 
     def columns(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray | float, ahead: float) -> Columns:
-        """Inputs at some instants, see `Course.columns`."""
         since = np.clip(time - self.settle, 0.0, self.time - self.settle)
         constant = np.ones(len(time))
         columns = {
@@ -82,7 +79,6 @@ class BenchSweep(BenchTorque):
             )
 
     def torque_at(self, since: np.ndarray) -> np.ndarray:
-        """Sine of rising frequency."""
         pace = math.log2(self.highest / self.lowest) / (self.time - self.settle)
         cycles = self.lowest * np.expm1(math.log(2.0) * pace * since) / (math.log(2.0) * pace)
         return self.amplitude * np.sin(2.0 * math.pi * cycles)
@@ -96,7 +92,6 @@ class BenchRamps(BenchTorque):
     first: Annotated[float, "", SHARE] = 0.5
 
     def torque_at(self, since: np.ndarray) -> np.ndarray:
-        """Triangle of growing amplitude."""
         triangle = 2.0 / math.pi * np.arcsin(np.sin(2.0 * math.pi * since / self.period))
         return self.amplitude * triangle * (self.first + (1.0 - self.first) * since / (self.time - self.settle))
 
@@ -108,7 +103,6 @@ class BenchSteps(BenchTorque):
     hold: Annotated[float, "s", POSITIVE] = 0.5
 
     def torque_at(self, since: np.ndarray) -> np.ndarray:
-        """Left, zero, right, zero, and so on."""
         return np.asarray(self.amplitude * np.array([1.0, 0.0, -1.0, 0.0])[np.floor(since / self.hold).astype(int) % 4])
 
 
@@ -121,7 +115,6 @@ class BenchMultisine(BenchTorque):
     count: Annotated[int, "", COUNT] = 16
 
     def torque_at(self, since: np.ndarray) -> np.ndarray:
-        """Multisine with the power of one sine of the amplitude; by default, its peak is 3.5 times its RMS value."""
         number = np.arange(self.count)
         frequency = np.geomspace(self.lowest, self.highest, self.count)
         phase = 2.0 * math.pi * _GOLDEN * number**2
@@ -169,7 +162,6 @@ class BenchHands(Described):
 
     @property
     def duration(self) -> float:
-        """Duration of the whole course [s]."""
         return self.time
 
     @property
@@ -211,7 +203,6 @@ class BenchHands(Described):
         return starts, kind, shape
 
     def columns(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray | float, ahead: float) -> Columns:
-        """Inputs at some instants, see `Course.columns`."""
         present, hold = self.held(time)
         torque, grip = self.firmness[hold].T
         trembling = self._trembling(time, distance)["demand.hand_torque"]

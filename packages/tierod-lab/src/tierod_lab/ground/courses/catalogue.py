@@ -57,9 +57,6 @@ def read_table(path: str | Path) -> tuple[str, dict[str, np.ndarray]]:
     """Description (from lines that start with #) and columns in SI units by short name.
 
     The first line that is not a comment names the columns, with a unit if it is not the SI unit: `speed [km/h]`.
-
-    Raises:
-        ParameterError: an unreadable file, an unknown column or unit, or a value that is not a number; with the line
     """
     path = Path(path)
     text = read_text(path, "the course file", ParameterError, "give a CSV file", MOST_DATA_BYTES)
@@ -132,25 +129,21 @@ class TimeTable(TimeCourse):
 
     @property
     def duration(self) -> float:
-        """Time of the last row [s]."""
         return float(self._table["time"][-1])
 
     def speed_at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Speed and its rate from the rows; outside of them, the speed of the first or last row."""
         instants = self._table["time"]
         speed = self._table.get("speed", np.zeros(len(instants)))
         rise = np.concatenate([[0.0], np.diff(speed) / np.diff(instants), [0.0]])
         return np.interp(time, instants, speed), rise[np.searchsorted(instants, time, side="right")]
 
     def angle_at(self, time: np.ndarray) -> np.ndarray:
-        """Angle from the rows; outside of them, that of the first or last row [rad]."""
         table = self._table
         return np.asarray(
             np.interp(time, table["time"], table.get("steering_wheel_angle", np.zeros(len(table["time"]))))
         )
 
     def columns(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray | float, ahead: float) -> Columns:
-        """Inputs at some instants, see `Course.columns`."""
         columns = super().columns(time, distance, speed, ahead)
         table, dotted = self._table, known_columns()
         if "attention" in table:
@@ -175,7 +168,6 @@ class WayTable(WayCourse):
 
     @cached_property
     def way(self) -> Way:
-        """The rows on equal steps."""
         table = _read(self.file, "distance or x")
         gone, curvature = _line(table, self.file)
         if gone[-1] < SHORTEST:
@@ -265,20 +257,12 @@ def shipped() -> tuple[str, ...]:
 
 
 def described(name: str) -> str:
-    """Description of a shipped course, in one sentence.
-
-    Raises:
-        ParameterError: no such course; the message contains the nearest names
-    """
+    """Description of a shipped course, in one sentence."""
     return load(name).description
 
 
 def load(name: str | Path) -> AnyCourse:
-    """A course, from its name or from a TOML or CSV file.
-
-    Raises:
-        ParameterError: no such course, or an invalid file; with file, line and nearest name
-    """
+    """A course, from its name or from a TOML or CSV file."""
     path = find(name)
     return _from_table(path) if path.suffix.lower() == ".csv" else from_document(Document.read(path, "course"))
 

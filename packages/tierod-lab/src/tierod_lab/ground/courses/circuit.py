@@ -27,7 +27,6 @@ class Straight:
 
     @property
     def curvature(self) -> float:
-        """Curvature of the axis [1/m]."""
         return 0.0
 
 
@@ -41,12 +40,10 @@ class Bend:
 
     @property
     def length(self) -> float:
-        """Length of its axis [m]."""
         return self.radius * abs(self.turn)
 
     @property
     def curvature(self) -> float:
-        """Curvature of the axis, positive to the left [1/m]."""
         return math.copysign(1.0 / self.radius, self.turn)
 
 
@@ -81,12 +78,10 @@ class Circuit(WayCourse):
 
     @property
     def duration(self) -> float:
-        """Duration of driving [s]."""
         return self.time
 
     @cached_property
     def length(self) -> float:
-        """Length of one lap [m]."""
         return sum(section.length for section in self.sections)
 
     @cached_property
@@ -100,7 +95,6 @@ class Circuit(WayCourse):
         return self._smoothed(place, corners, headings), self._limits(place, ends)
 
     def _smoothed(self, place: np.ndarray, corners: np.ndarray, headings: np.ndarray) -> np.ndarray:
-        """Moving average of the curvature over the transition, whose integral equals that of the sections exactly."""
 
         def heading(where: np.ndarray) -> np.ndarray:
             laps = np.floor(where / self.length)
@@ -115,7 +109,6 @@ class Circuit(WayCourse):
 
     @cached_property
     def way(self) -> Way:
-        """Way with as many laps as the time may require."""
         curvature, limit = self.lap
         step = self.length / len(curvature)
         laps = math.ceil(self.time * float(np.max(limit)) / self.length) + 1
@@ -133,14 +126,12 @@ class DrawnRound(Described):
 
     @cached_property
     def circuit(self) -> Circuit:
-        """The circuit that the seed defines."""
         way = drawn(self.seed)
         conditions = (*way.conditions, *weather(self.seed, way.length))
         return replace(way, time=self.time, seed=self.seed, conditions=conditions)
 
     @property
     def duration(self) -> float:
-        """Duration of driving [s]."""
         return self.time
 
     @property
@@ -148,7 +139,6 @@ class DrawnRound(Described):
         return self.circuit.start
 
     def columns(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray | float, ahead: float) -> Columns:
-        """Inputs at some instants, see `Course.columns`."""
         return self._with_conditions(self.circuit.columns(time, distance, speed, ahead), time, distance)
 
 

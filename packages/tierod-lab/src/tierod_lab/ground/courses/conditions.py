@@ -27,7 +27,6 @@ class During:
         _in_order(self.start, self.end, "s")
 
     def share(self, time: np.ndarray, distance: np.ndarray) -> np.ndarray | float | None:
-        """Share of the condition, 0 to 1; a single number if it is constant, None if the condition does not act."""
         return _share(time, self.start, self.end, self.ramp, self.every)
 
 
@@ -44,7 +43,6 @@ class Along:
         _in_order(self.start, self.end, "m")
 
     def share(self, time: np.ndarray, distance: np.ndarray) -> np.ndarray | float | None:
-        """Share of the condition, 0 to 1; a single number if it is constant, None if the condition does not act."""
         return _share(distance, self.start, self.end, self.ramp, self.every)
 
 
@@ -81,7 +79,6 @@ class _Steady:
     window: Window = field(default_factory=During)
 
     def acting(self, generator: np.random.Generator) -> Acting:
-        """The condition as a function of time and place; the generator is not used."""
         levels, usual = self._levels(), self._usual
 
         def act(time: np.ndarray, distance: np.ndarray) -> Columns:
@@ -189,7 +186,6 @@ class _Wandering(_Random):
     _over_distance: ClassVar[bool] = False
 
     def acting(self, generator: np.random.Generator) -> Acting:
-        """The condition with its random numbers drawn."""
         noise = smooth_noise(generator, self.shortest, self.longest, self._step)
         curve = Repeated(self.deviation * noise, self._step)
         return self._within(self._column, lambda time, distance: curve.at(distance if self._over_distance else time))
@@ -214,7 +210,6 @@ class Tremor(_Random):
     frequency: Annotated[float, "Hz", POSITIVE] = 9.0
 
     def acting(self, generator: np.random.Generator) -> Acting:
-        """The condition with its random numbers drawn."""
         rate, step = 2.0 * math.pi * self.frequency, 0.05
         sine = Repeated(self.deviation * smooth_noise(generator, 0.3, 1.0, step), step)
         cosine = Repeated(self.deviation * smooth_noise(generator, 0.3, 1.0, step), step)

@@ -33,12 +33,10 @@ class StraightLane(AtWill):
 
     @cached_property
     def way(self) -> Way:
-        """A straight road."""
         return _level(np.zeros(math.ceil(self.speed * self.time / STEP) + 2), self.speed)
 
     @property
     def duration(self) -> float:
-        """Duration of driving [s]."""
         return self.time
 
 
@@ -57,7 +55,6 @@ class Slalom(AtWill):
 
     @cached_property
     def way(self) -> Way:
-        """Way as a sine between the cones, faded in and out over one spacing."""
         long = self.spacing * (self.cones + 1)
         forward = np.arange(0.0, long + 2.0 * self.approach, _POINT)
         place = (forward - self.approach) / self.spacing
@@ -82,7 +79,6 @@ class DoubleLaneChange(AtWill):
 
     @cached_property
     def way(self) -> Way:
-        """Way from the centre of one lane to that of the other and back."""
         away = self.approach + self.entry
         home = away + self.over + self.aside
         forward = np.arange(0.0, home + self.back + self.leaving + self.approach, _POINT)
@@ -112,12 +108,10 @@ class SteadyCircle(AtWill):
 
     @property
     def duration(self) -> float:
-        """Duration of the whole course [s]."""
         return self.settle + (self.last_speed - self.first_speed) / self.rise + self.hold
 
     @cached_property
     def plan(self) -> Plan:
-        """Plan with constant acceleration between the first and the last speed."""
         time = np.arange(0.0, self.duration + TICK, TICK)
         until = (self.last_speed - self.first_speed) / self.rise
         rising = np.clip(time - self.settle, 0.0, until)
@@ -128,7 +122,6 @@ class SteadyCircle(AtWill):
 
     @cached_property
     def way(self) -> Way:
-        """A straight, then an endless circle."""
         distance = np.arange(0.0, self.plan.distance[-1] + 50.0, STEP)
         return _level(_step(distance / self.entry - 1.0) / self.radius, self.last_speed)
 

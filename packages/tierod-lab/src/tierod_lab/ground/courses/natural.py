@@ -175,17 +175,14 @@ class NaturalDrive(WayCourse):
 
     @property
     def duration(self) -> float:
-        """Duration of the drive [s]."""
         return self.time
 
     @cached_property
     def stretches(self) -> tuple[tuple[float, RoadKind], ...]:
-        """(start [m], kind) of every stretch."""
         return self._built[1]
 
     @cached_property
     def way(self) -> Way:
-        """A road that takes at least the duration of the drive."""
         return self._built[0]
 
     @cached_property

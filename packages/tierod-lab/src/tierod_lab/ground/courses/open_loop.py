@@ -25,16 +25,13 @@ class AtSpeed(TimeCourse):
 
     @property
     def test_time(self) -> float:
-        """Duration between settling and rest [s]."""
         raise NotImplementedError
 
     @property
     def duration(self) -> float:
-        """Duration of the whole course [s]."""
         return self.settle + self.test_time + self.rest
 
     def speed_at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Constant speed, and zero acceleration."""
         return np.full(len(time), self.speed), np.zeros(len(time))
 
 
@@ -48,11 +45,9 @@ class StepSteer(AtSpeed):
 
     @property
     def test_time(self) -> float:
-        """Duration of turning and holding [s]."""
         return abs(self.angle) / self.rate + self.hold
 
     def angle_at(self, time: np.ndarray) -> np.ndarray:
-        """A ramp, then a constant angle [rad]."""
         return _turned(time - self.settle, self.angle, self.rate)
 
 
@@ -75,11 +70,9 @@ class SineSteer(AtSpeed):
 
     @property
     def test_time(self) -> float:
-        """Duration of all periods and the dwell [s]."""
         return self.periods / self.frequency + self.dwell
 
     def angle_at(self, time: np.ndarray) -> np.ndarray:
-        """The sine, held at its last extreme for the dwell [rad]."""
         phase = (time - self.settle) * self.frequency
         extreme = self.periods - 0.25
         phase = np.where(phase > extreme, np.maximum(phase - self.dwell * self.frequency, extreme), phase)
@@ -104,7 +97,6 @@ class RandomSteer(AtSpeed):
 
     @property
     def test_time(self) -> float:
-        """Duration of the random steering [s]."""
         return self.time
 
     @cached_property
@@ -116,7 +108,6 @@ class RandomSteer(AtSpeed):
         return self.settle + time, self.deviation * fade * curve
 
     def angle_at(self, time: np.ndarray) -> np.ndarray:
-        """The random curve, faded in and out over a second [rad]."""
         return np.asarray(np.interp(time, *self._curve, left=0.0, right=0.0))
 
 
@@ -129,11 +120,9 @@ class AngleRamp(AtSpeed):
 
     @property
     def test_time(self) -> float:
-        """Duration until the angle is reached [s]."""
         return abs(self.angle) / self.rate
 
     def angle_at(self, time: np.ndarray) -> np.ndarray:
-        """A slow ramp [rad]."""
         return _turned(time - self.settle, self.angle, self.rate)
 
 
@@ -153,17 +142,14 @@ class SteadyAngle(TimeCourse):
 
     @property
     def duration(self) -> float:
-        """Duration of the whole course [s]."""
         return self.settle + (self.last_speed - self.first_speed) / self.rise
 
     def speed_at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Constant, then rising speed, and its acceleration."""
         rising = (time > self.settle) & (time < self.duration)
         passed = np.minimum(np.maximum(time, self.settle), self.duration) - self.settle
         return self.first_speed + self.rise * passed, self.rise * rising
 
     def angle_at(self, time: np.ndarray) -> np.ndarray:
-        """Angle that is turned smoothly, then held [rad]."""
         share = np.minimum(time / self.turning, 1.0)
         return self.angle * (0.5 - 0.5 * np.cos(math.pi * share))
 
@@ -191,15 +177,12 @@ class LockToLock(TimeCourse):
 
     @property
     def duration(self) -> float:
-        """Duration of the whole course [s]."""
         return float(self._strokes[2][-1] + self.rest)
 
     def speed_at(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Zero speed and acceleration."""
         return np.zeros(len(time)), np.zeros(len(time))
 
     def angle_at(self, time: np.ndarray) -> np.ndarray:
-        """Strokes and rests [rad]."""
         targets, starts, ends = self._strokes
         stroke = np.minimum(np.searchsorted(ends, time), len(ends) - 1)
         share = np.clip((time - starts[stroke]) / (ends - starts)[stroke], 0.0, 1.0)
@@ -208,7 +191,6 @@ class LockToLock(TimeCourse):
         )
 
     def columns(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray | float, ahead: float) -> Columns:
-        """Inputs at some instants, see `Course.columns`."""
         columns = super().columns(time, distance, speed, ahead)
         combine(columns, {"road.support": np.full(len(time), self.load)})
         return columns

@@ -86,7 +86,6 @@ class Pace:
         return reachable(limit, way.step, self.acceleration, self.braking)
 
     def plan(self, way: Way) -> Plan:
-        """Planned distance of the car over time, including halts."""
         speed = self.fastest(way, stopping=True)
         # A lower bound of the mean speed avoids division by zero where two neighbouring points both are stops.
         mean = np.maximum(0.5 * (speed[1:] + speed[:-1]), 1e-3)

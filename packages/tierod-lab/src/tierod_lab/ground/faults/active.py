@@ -17,11 +17,7 @@ DISTANCE = "truth_distance"  # Channel of the distance that the car has travelle
 
 
 class Watch:
-    """Evaluates a condition on the outputs of a car, piece by piece, until it has held for long enough.
-
-    Raises:
-        ParameterError: the car has no such channel, or its unit does not match that of the condition
-    """
+    """Evaluates a condition on the outputs of a car, piece by piece, until it has held for long enough."""
 
     def __init__(self, trigger: AtDistance | When, reach: Reach):
         self.hold = 0.0 if isinstance(trigger, AtDistance) else trigger.hold
@@ -110,7 +106,6 @@ class Active:
         return (time >= self.start - _EARLY) & (time < self.end - _EARLY)
 
     def change(self, number: int, time: np.ndarray) -> Change:
-        """Change by one effect, given by its number, at times at which the fault is active [s]."""
         return self.effects[number].behaviour.change(time - self.start, self.chances[number])
 
 
@@ -119,9 +114,6 @@ def prepared(fault: Fault, reach: Reach, key: tuple[int, ...], seconds: float) -
 
     Args:
         seconds: duration of the run [s]
-
-    Raises:
-        ParameterError: the fault does not fit the car, its sensors or the run
     """
     found = (_aimed(fault, each, reach, seconds) for each in fault.effects)
     effects = tuple(effect for effect in found if effect.targets)

@@ -119,11 +119,7 @@ class Change(NamedTuple):
 
 
 def si(amount: Amount) -> float:
-    """An amount as a number in SI units.
-
-    Raises:
-        ParameterError: the amount is a text whose unit has not been converted
-    """
+    """An amount as a number in SI units."""
     if isinstance(amount, str):
         raise ParameterError(f"'{amount}' has a unit, but its quantity is not known; give the number in SI units")
     return float(amount)
@@ -146,24 +142,14 @@ class Behaviour:
 
     @property
     def core(self) -> Behaviour:
-        """The behaviour itself; that of an intermittent behaviour is the one it switches."""
         return self
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """Change of the value while the fault is active, at times since its onset [s]."""
         raise NotImplementedError
 
     def on_channel(
         self, time: np.ndarray, values: np.ndarray, active: np.ndarray, sensor: Sensor, chance: Chance
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Time stamps and readings of a recorded channel with the fault.
-
-        Args:
-            time: time stamps [s]
-
-        Returns:
-            (time stamps, readings with the sensor's resolution and range)
-        """
         changed = values.copy()
         change = self.change(time[active] - chance.start, chance)
         # Held readings repeat the last one before the hold: its index is carried forward.

@@ -50,7 +50,6 @@ class TorqueLoss(Behaviour):
     main: ClassVar[str | None] = "share"
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """Factor of the remaining torque."""
         return Change(gain=1.0 - self.share)
 
 
@@ -63,7 +62,6 @@ class Sluggish(Behaviour):
     main: ClassVar[str | None] = "time_constant"
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """The time constant, in place of the actuator's own."""
         return Change(gain=0.0, offset=self.time_constant)
 
 
@@ -76,7 +74,6 @@ class Step(Behaviour):
     main: ClassVar[str | None] = "to"
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """The new value."""
         return Change(gain=0.0, offset=si(self.to))
 
 
@@ -90,7 +87,6 @@ class Ramp(Behaviour):
     main: ClassVar[str | None] = "to"
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """The interpolated value."""
         share = np.clip(since / self.over, 0.0, 1.0)
         return Change(gain=1.0 - share, offset=share * si(self.to))
 
@@ -105,7 +101,6 @@ class Scale(Behaviour):
     main: ClassVar[str | None] = "factor"
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """The factor reached on the ramp."""
         share = np.clip(since / self.over, 0.0, 1.0) if self.over > 0.0 else 1.0
         return Change(gain=1.0 + share * (self.factor - 1.0))
 
@@ -127,7 +122,6 @@ class Course(Behaviour):
             )
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """The interpolated value."""
         return Change(gain=0.0, offset=np.interp(since, self.times, [si(value) for value in self.values]))
 
 
@@ -147,7 +141,6 @@ class WithTemperature(Behaviour):
     main: ClassVar[str | None] = "temperature"
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """The factor at the present temperature."""
         warmer = (self.temperature - self.reference) * share_reached(since / self.time_constant)
         return Change(gain=1.0 + self.coefficient * warmer)
 
@@ -168,11 +161,9 @@ class Intermittent(Behaviour):
 
     @property
     def core(self) -> Behaviour:
-        """Behaviour that is switched on and off."""
         return self.behaviour
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """Change of the behaviour while it is on, else none."""
         there = chance.on(since, self.mean_on, self.mean_off)
         change = self.behaviour.change(since, chance)
         return Change(np.where(there, change.gain, 1.0), np.where(there, change.offset, 0.0), there & change.held)
@@ -180,7 +171,6 @@ class Intermittent(Behaviour):
     def on_channel(
         self, time: np.ndarray, values: np.ndarray, active: np.ndarray, sensor: Sensor, chance: Chance
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Readings with the behaviour while it is on."""
         there = active.copy()
         there[active] = chance.on(time[active] - chance.start, self.mean_on, self.mean_off)
         return self.behaviour.on_channel(time, values, there, sensor, chance)

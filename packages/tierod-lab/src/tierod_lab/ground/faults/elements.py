@@ -118,12 +118,10 @@ class Reach:
 
     @property
     def ports(self) -> set[str]:
-        """Signals and actuators inside the car's own control loops."""
         return {name.split(".")[1] for name in self.inputs if name.startswith("ports.")}
 
     @property
     def actuators(self) -> set[str]:
-        """Ports of actuators; a port `motor_torque` always is one, the assist motor."""
         steering = getattr(self.car, "steering", None)
         own = getattr(self.car, "actuators", getattr(steering, "actuators", ()))
         return {"motor_torque", *own} & self.ports
@@ -149,9 +147,6 @@ class Reach:
         Args:
             element: name, or several separated by "|", of which the first that the car has is taken; "nothing" gives no
                 target
-
-        Raises:
-            ParameterError: the car has no such element, or it cannot behave so
         """
         known = self.by_role()
         names = [name.strip() for name in element.split("|")]

@@ -111,11 +111,7 @@ _QUANTITY = rf"({_NUMBER})\s*([^\s\d][^\s]*)"
 
 
 def trigger_of(text: str) -> AnyTrigger:
-    """The trigger of a text.
-
-    Raises:
-        ParameterError: the text is none of these
-    """
+    """The trigger of a text."""
     plain = text.strip()
     if plain == "always":
         return Always()
@@ -152,7 +148,6 @@ class Origin:
     location: tuple[str | int, ...]
 
     def error(self, part: str, message: str) -> ParameterError:
-        """An error at the line of one part of the fault, or of the short form that replaces it."""
         table: Any = self.document.content
         for name in self.location:
             table = table[name]
@@ -201,11 +196,6 @@ class Fault:
         return (Effect(self.element, self.behaviour, self.origin), *self.also)
 
     def error(self, part: str, message: str, effect: Effect | None = None) -> ParameterError:
-        """An error at the line of the fault, or with its label if it comes from no file.
-
-        Args:
-            effect: effect that is wrong; the fault itself if None
-        """
         origin = self.origin if effect is None else effect.origin
         if origin is None:
             return ParameterError(f"fault '{self.label}': {message}")
@@ -213,11 +203,7 @@ class Fault:
 
 
 def resolved(fault: Fault, effect: Effect, unit: str | None) -> AnyBehaviour:
-    """The behaviour of an effect with all amounts converted to the unit of its element.
-
-    Raises:
-        ParameterError: an amount whose unit does not fit
-    """
+    """The behaviour of an effect with all amounts converted to the unit of its element."""
     behaviour = effect.behaviour
     texts = _texts(behaviour)
     if not texts:

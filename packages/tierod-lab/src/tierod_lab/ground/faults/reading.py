@@ -111,7 +111,6 @@ def fault_in_words(fault: Fault) -> str:
 
 
 def _main(fault: Fault) -> str:
-    """Magnitude of a fault with its unit; without the unit if the element's name does not determine it."""
     behaviour: Any = fault.behaviour.core
     if behaviour.main is None:
         return ""
@@ -157,9 +156,6 @@ def load(name_or_path: str | Path, within: Document | None = None) -> FaultFile:
 
     Args:
         within: document that refers to the fault; relative paths start at its folder, at the working directory if None
-
-    Raises:
-        ParameterError: no such fault, or an invalid file; the message contains the line and the nearest names
     """
     path = FAULTS.find(str(name_or_path), None if within is None else within.path.parent)
     document = Document.read(path, "fault") if within is None else within.beside(path.absolute(), "fault")
@@ -180,9 +176,6 @@ def fault_of(table: Mapping[str, Any], document: Document, location: Location = 
         table: `element`; `behaviour` as a table with `kind`, or its name beside `size`; `trigger` as a table with
             `kind` or a text for `trigger_of`, or `start`; `duration` or `end`; `name`; `also`. With `use`, the name of
             a shipped fault or a file beside the document, the other keys change that fault.
-
-    Raises:
-        ParameterError: an invalid entry, with file and line
     """
     return _Reader(document, tuple(location), table, base).fault()
 
@@ -199,11 +192,7 @@ class _Reader:
         return self.document.error((*self.location, key), message)
 
     def fault(self) -> Fault:
-        """The fault of the table.
-
-        Raises:
-            ParameterError: an invalid entry, with file and line
-        """
+        """The fault of the table."""
         for key in self.table:
             if key not in self.KEYS:
                 raise self._error(key, f"'{key}' is not known here{nearest(key, self.KEYS)}")

@@ -87,9 +87,6 @@ class Schedule:
     Args:
         faults: faults of the run; several at once are applied in order
         seconds: duration of the run [s]
-
-    Raises:
-        ParameterError: a fault that does not fit the car, its sensors or the run; with file and line if known
     """
 
     def __init__(
@@ -178,14 +175,6 @@ class Schedule:
         return {name: values for port, course in courses.items() for name, values in course.inputs(port).items()}
 
     def on_channel(self, name: str, time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Time stamps and readings of a recorded channel with its faults.
-
-        Args:
-            time: time stamps [s]
-
-        Returns:
-            (time stamps, readings)
-        """
         for (active, number), target in self._targets(SIGNAL):
             during = active.during(time)
             if target.name == name and during.any():
@@ -256,9 +245,6 @@ def injected(
 
     Args:
         recording: recording without these faults; times of faults refer to its time axis
-
-    Raises:
-        ParameterError: a fault of an element that is not a recorded signal, or one with a condition as its trigger
     """
     faults = tuple(faults)
     for fault in faults:

@@ -35,7 +35,6 @@ class TotalLoss(Behaviour):
     fits: ClassVar[frozenset[str]] = _VALUES
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """Zero."""
         return Change(gain=0.0)
 
 
@@ -48,7 +47,6 @@ class Stuck(Behaviour):
     main: ClassVar[str | None] = "value"
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """Held, or the constant value."""
         return Change(held=True) if self.value is None else Change(gain=0.0, offset=si(self.value))
 
 
@@ -61,7 +59,6 @@ class Offset(Behaviour):
     main: ClassVar[str | None] = "size"
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """The constant."""
         return Change(offset=si(self.size))
 
 
@@ -74,7 +71,6 @@ class Gain(Behaviour):
     main: ClassVar[str | None] = "gain"
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """The factor."""
         return Change(gain=self.gain)
 
 
@@ -88,7 +84,6 @@ class Drift(Behaviour):
     main: ClassVar[str | None] = "rate"
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """The growing offset."""
         offset = si(self.rate) * since
         if self.limit is None:
             return Change(offset=offset)
@@ -111,7 +106,6 @@ class Outlier(Behaviour):
     usual_duration: ClassVar[float | None] = 1.0
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """The multiple or the given value."""
         return Change(gain=self.factor) if self.value is None else Change(gain=0.0, offset=si(self.value))
 
 
@@ -127,7 +121,6 @@ class Spikes(Behaviour):
     main: ClassVar[str | None] = "size"
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """The pulses."""
         times, signs = chance.events(self.rate)
         if not len(times):
             return Change()
@@ -145,7 +138,6 @@ class Noise(Behaviour):
     main: ClassVar[str | None] = "deviation"
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """The noise."""
         return Change(offset=si(self.deviation) * chance.normal(since))
 
 
@@ -160,7 +152,6 @@ class Delay(Behaviour):
     def on_channel(
         self, time: np.ndarray, values: np.ndarray, active: np.ndarray, sensor: Sensor, chance: Chance
     ) -> tuple[np.ndarray, np.ndarray]:
-        """The latest reading that is old enough; the first one if none is."""
         old = np.searchsorted(time, time - self.time + 1e-9, side="right") - 1
         return time, np.where(active, values[np.maximum(old, 0)], values)
 
@@ -184,7 +175,6 @@ class BitFlip(Behaviour):
     def on_channel(
         self, time: np.ndarray, values: np.ndarray, active: np.ndarray, sensor: Sensor, chance: Chance
     ) -> tuple[np.ndarray, np.ndarray]:
-        """The readings with the bit inverted."""
         quantum = sensor.quantum if self.quantum is None else si(self.quantum)
         if quantum == 0.0:
             raise ParameterError("a bit flip needs the value of the last bit: the sensor has no quantum, so give one")
@@ -206,7 +196,6 @@ class DropOut(Behaviour):
     main: ClassVar[str | None] = "share"
 
     def change(self, since: np.ndarray, chance: Chance) -> Change:
-        """Held while frames are lost."""
         # A control step between two frames uses the earlier one.
         frame = np.floor((since + chance.start) * chance.rate + 1e-6) / chance.rate
         return Change(held=self._lost(frame, chance))
@@ -214,7 +203,6 @@ class DropOut(Behaviour):
     def on_channel(
         self, time: np.ndarray, values: np.ndarray, active: np.ndarray, sensor: Sensor, chance: Chance
     ) -> tuple[np.ndarray, np.ndarray]:
-        """The frames that arrive."""
         if self.repeat:
             return super().on_channel(time, values, active, sensor, chance)
         lost = active.copy()
@@ -222,5 +210,4 @@ class DropOut(Behaviour):
         return time[~lost], values[~lost]
 
     def _lost(self, time: np.ndarray, chance: Chance) -> np.ndarray:
-        """Whether the latest frame was lost; time stamps may jitter by nearly half a sampling interval."""
         return chance.uniform(np.floor(time * chance.rate + 0.5).astype(int)) < self.share

@@ -93,7 +93,6 @@ class CurrentControl:
     weakening: Annotated[float, "", SHARE] | None = None
 
     def remembered(self) -> ControlMemory:
-        """State at rest, without voltage."""
         return ControlMemory(RotorVector(0.0, 0.0), 0.0, 0.0, StatorVector(0.0, 0.0))
 
     def wanted_current(self, torque: Scalar, pole_pairs: int) -> Scalar:
@@ -111,15 +110,6 @@ class CurrentControl:
         period: Scalar,
         pole_pairs: int,
     ) -> ControlMemory:
-        """Process one sample; the new command is part of the returned state.
-
-        Args:
-            wanted: target current across the flux [A]
-            current: measured current [A]
-            angle: sensed mechanical angle [rad]
-            longest: maximum voltage of the inverter [V]
-            period: sampling interval [s]
-        """
         speed = self._speed(memory, angle, period)
         electrical_speed = pole_pairs * speed
         own = park(current, rotor)

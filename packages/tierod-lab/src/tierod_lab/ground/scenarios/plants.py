@@ -90,12 +90,7 @@ def course_document(course: AnyCourse) -> dict[str, Any]:
 
 
 def plant_car(document: Document, own: Plant) -> tuple[UnitCar, list[str]]:
-    """The unit of a plant file, with the driver of a car, and variables whose unit of measurement is assumed.
-
-    Raises:
-        ParameterError: an invalid file, or a unit or car that lacks what is needed
-        InputError: the unit cannot be used
-    """
+    """The unit of a plant file, with the driver of a car, and variables whose unit of measurement is assumed."""
     file: PlantFile = build(PlantFile, document.content, document)
     path = Path(file.fmu).expanduser()
     path = expanded(path if path.is_absolute() else document.path.parent / path)
@@ -138,12 +133,7 @@ def native_code(scenarios: Iterable[Scenario]) -> tuple[str, ...]:
 
 
 def with_plant(scenario: Scenario, document: Document) -> tuple[Scenario, list[str]]:
-    """A scenario with a unit in place of its car, and remarks for the user, in sentences.
-
-    Raises:
-        ParameterError: an invalid file, a unit that lacks a required signal, or a scenario that the unit cannot drive
-        InputError: the unit cannot be used
-    """
+    """A scenario with a unit in place of its car, and remarks for the user, in sentences."""
     car, assumed = plant_car(document, scenario.car)
     files = {**scenario.files, car.path.name: sha256_of(car.path)}
     driven = replace(scenario, car=car, car_name=car.path.stem, files=files)

@@ -97,11 +97,7 @@ def shipped() -> tuple[str, ...]:
 
 
 def load(name_or_path: str | Path) -> Scenario:
-    """The scenario of a shipped name or of a file.
-
-    Raises:
-        ParameterError: no such scenario, or an invalid or contradictory one; with file, line and nearest name
-    """
+    """The scenario of a shipped name or of a file."""
     return from_document(Document.read(SCENARIOS.find(str(name_or_path)), "scenario"))
 
 
@@ -116,20 +112,13 @@ def simulate(
     Args:
         seconds: duration [s]; that of the scenario if not given
         seed: seed of all random numbers; that of the scenario if not given
-
-    Raises:
-        ParameterError: no such scenario, or an invalid one
     """
     whole = scenario if isinstance(scenario, Scenario) else load(scenario)
     return whole.with_run(seconds, seed).run(progress)
 
 
 def from_document(document: Document) -> Scenario:
-    """The scenario of a document; relative paths in it start at its folder.
-
-    Raises:
-        ParameterError: an error or a contradiction, with file and line
-    """
+    """The scenario of a document; relative paths in it start at its folder."""
     file = build(ScenarioFile, document.content, document)
     car, vehicle = _car(file.car, document)
     car = _plant(file.plant, car, document) if file.plant else car

@@ -54,9 +54,6 @@ class Scenario:
         Args:
             seconds: duration [s], unchanged if None; faults that would start later are left out
             seed: seed, unchanged if None
-
-        Raises:
-            ParameterError: an impossible duration, or one longer than a course of fixed length
         """
         seconds = self.duration if seconds is None else seconds
         seed = self.seed if seed is None else seed
@@ -118,9 +115,6 @@ def require_duration(seconds: float, step_time: float) -> None:
     Args:
         seconds: duration [s]
         step_time: step of the car [s]
-
-    Raises:
-        ParameterError: an impossible duration
     """
     if not step_time <= seconds <= LONGEST:
         raise ParameterError(
@@ -130,11 +124,7 @@ def require_duration(seconds: float, step_time: float) -> None:
 
 
 def lengthened(course: AnyCourse, seconds: float) -> AnyCourse:
-    """A course that lasts at least a given time [s].
-
-    Raises:
-        ParameterError: the course has a fixed length and ends before
-    """
+    """A course that lasts at least a given time [s]."""
     if seconds <= course.duration * (1.0 + 1e-9):
         return course
     time: float | None = getattr(course, "time", None)
@@ -147,13 +137,7 @@ def lengthened(course: AnyCourse, seconds: float) -> AnyCourse:
 
 
 def require_fault_free(scenario: Scenario) -> None:
-    """Reject a scenario whose parts contradict each other.
-
-    Raises:
-        ParameterError: parts of the car with different steps, a course that the car cannot follow, a sensor of a
-            missing channel or faster than the car's step, scatter or a fault of a missing element, a fault that starts
-            after the end
-    """
+    """Reject a scenario whose parts contradict each other."""
     _steps_fit(scenario)
     _course_fits(scenario)
     _sensors_fit(scenario)

@@ -75,9 +75,6 @@ class Sensor:
         quantum: resolution of the reading; 0 is continuous
         wrap: range beyond which the reading overflows, a whole number of quanta; (low, high)
         saturation: range beyond which the transducer saturates; (low, high)
-
-    Raises:
-        ParameterError: a value out of its range, or limits the wrong way round
     """
 
     noise: Annotated[float, SIGNAL_UNIT, NOT_NEGATIVE] = 0.0
@@ -176,11 +173,7 @@ PRESETS = ("production", "ideal", "bench", "worn")  # Names of the shipped sets 
 
 @dataclass(frozen=True)
 class SensorSet:
-    """The sensors of a car by canonical signal; sensors of signals that a car lacks have no effect.
-
-    Raises:
-        ParameterError: a name that is not a canonical signal
-    """
+    """The sensors of a car by canonical signal; sensors of signals that a car lacks have no effect."""
 
     sensors: Mapping[str, Sensor] = field(default_factory=dict)
     description: str = ""
@@ -240,11 +233,7 @@ class SensorSet:
 
     @classmethod
     def preset(cls, name: str) -> SensorSet:
-        """The shipped set of this name.
-
-        Raises:
-            ParameterError: no set has this name
-        """
+        """The shipped set of this name."""
         if name not in PRESETS:
             raise ParameterError(f"no set of sensors is called '{name}'{nearest(name, PRESETS)}")
         return cls.ideal() if name == "ideal" else _shipped(name)
@@ -259,9 +248,6 @@ class SensorSet:
             table: `preset` (a shipped name, or a file beside the document), `rate` of all, `without` (names), and one
                 table per channel with changes of the preset; a channel that the preset lacks is added
             base: set to start from where the table names no preset; "production" if None
-
-        Raises:
-            ParameterError: an invalid entry, with file and line
         """
         own = ("preset", "rate", "without", "description")
         start = _start(table, document, location, base)

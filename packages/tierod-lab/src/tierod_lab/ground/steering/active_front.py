@@ -56,9 +56,6 @@ class ActiveFront:
 
     Args:
         column: column below the gear; its torsion bar and assist motor are referred to the pinion
-
-    Raises:
-        ParameterError: the column has no torsion bar
     """
 
     column: ColumnEps = field(
@@ -75,31 +72,25 @@ class ActiveFront:
 
     @property
     def actuators(self) -> tuple[str, ...]:
-        """Torque of the assist motor and speed of the superposition motor."""
         return ("column_assist_torque", "motor_speed")
 
     def init(self) -> ActiveFrontMotion:
         return ActiveFrontMotion(self.column.init(), 0.0)
 
     def remembered(self) -> ColumnMemory:
-        """Memory of relaxed friction."""
         return self.column.remembered()
 
     def stiff(self) -> ActiveFrontMotion:
-        """Linearisation point at rest."""
         return ActiveFrontMotion(self.column.stiff(), 0.0)
 
     def sticking(self, motion: ActiveFrontMotion, memory: ColumnMemory) -> dict[tuple[str, str], Scalar]:
-        """Entries of dry friction in the Jacobian, see `Steering.sticking`."""
         entries = self.column.sticking(motion.column, memory)
         return {(f"column.{rate}", f"column.{angle}"): entry for (rate, angle), entry in entries.items()}
 
     def steer(self, motion: ActiveFrontMotion) -> Steer:
-        """Steering angle and rate of the road wheels."""
         return self.column.steer(motion.column)
 
     def hand(self, motion: ActiveFrontMotion) -> Hand:
-        """Angle and rate of the steering wheel."""
         return Hand(*motion.column.wheel)
 
     def motor_load(self, signals: ActiveFrontSignals, angle: Scalar, speed: Scalar, elapsed: Scalar) -> Scalar:
@@ -134,7 +125,6 @@ class ActiveFront:
         return self.column.advance(motion.column, start.column, memory, self._below(loads))
 
     def signals(self, motion: ActiveFrontMotion, memory: ColumnMemory, loads: Loads) -> ActiveFrontSignals:
-        """Signals at one instant."""
         seen = self._seen(motion, loads.actuator_torques[1])
         below, column = self.column.signals(seen, memory, self._below(loads)), motion.column
         return ActiveFrontSignals(
@@ -162,7 +152,6 @@ class ActiveFront:
         )
 
     def _seen(self, motion: ActiveFrontMotion, motor_speed: Scalar) -> ColumnMotion:
-        """Column whose steering wheel stands for the upper end of the torsion bar, as set by gear and hands."""
         return motion.column._replace(wheel=self._superposed(motion.motor_angle, motor_speed, self.hand(motion)))
 
     def _below(self, loads: Loads) -> Loads:

@@ -88,7 +88,6 @@ class ColumnEps:
 
     @property
     def actuators(self) -> tuple[str, ...]:
-        """Assist motor."""
         return ("motor_torque",)
 
     def init(self) -> ColumnMotion:
@@ -96,27 +95,22 @@ class ColumnEps:
         return ColumnMotion(0.0, 0.0, 0.0, wheel, () if self.worm_gear is None else Rotor(0.0, 0.0))
 
     def remembered(self) -> ColumnMemory:
-        """Memory of relaxed friction."""
         return ColumnMemory(self.friction.remembered(), self.linkage.remembered())
 
     def stiff(self) -> ColumnMotion:
-        """Linearisation point at rest, with the worm's flanks in contact: within the play there is no stiffness."""
         if self.worm_gear is None:
             return self.init()
         return self.init()._replace(rotor=Rotor(self.motor.ratio * self.worm_gear.play, 0.0))
 
     def sticking(self, motion: ColumnMotion, memory: ColumnMemory) -> dict[tuple[str, str], Scalar]:
-        """Entries of dry friction in the Jacobian, see `Steering.sticking`."""
         stiffness = self.friction.stiffness(memory.column, motion.rate, motion.angle)
         stiffness = stiffness + self.linkage.stiffness(motion.angle, motion.rate, memory.kingpins)
         return {("rate", "angle"): -stiffness / self._inertia()}
 
     def steer(self, motion: ColumnMotion) -> Steer:
-        """Steering angle and rate of the road wheels."""
         return self.linkage.steer(motion.angle, motion.rate)
 
     def hand(self, motion: ColumnMotion) -> Hand:
-        """Angle and rate of the steering wheel."""
         return Hand(motion.angle, motion.rate) if self.torsion_bar is None else Hand(*motion.wheel)
 
     def derivative(self, motion: ColumnMotion, start: ColumnMotion, memory: ColumnMemory, loads: Loads) -> ColumnMotion:
@@ -137,7 +131,6 @@ class ColumnEps:
         )
 
     def signals(self, motion: ColumnMotion, memory: ColumnMemory, loads: Loads) -> SteeringSignals:
-        """Signals at one instant."""
         balance = self._balance(motion, motion, memory, loads)
         level = self.friction.sliding_level(motion.angle) + self.linkage.friction_level(motion.angle)
         return steering_signals(

@@ -98,31 +98,25 @@ class Demonstrator:
 
     @property
     def actuators(self) -> tuple[str, ...]:
-        """Both steering motors, and the motors of the front wheels, whose torques the car passes to the chassis."""
         return ("steering_motor_1_torque", "steering_motor_2_torque", "drive_torque_left", "drive_torque_right")
 
     def init(self) -> DemonstratorMotion:
         return DemonstratorMotion(self.rack.init(), 0.0, 0.0)
 
     def remembered(self) -> RackMemory:
-        """Memory of relaxed friction."""
         return self.rack.remembered()
 
     def stiff(self) -> DemonstratorMotion:
-        """Linearisation point at rest, with the teeth in contact."""
         return DemonstratorMotion(self.rack.stiff(), 0.0, 0.0)
 
     def sticking(self, motion: DemonstratorMotion, memory: RackMemory) -> dict[tuple[str, str], Scalar]:
-        """Entries of dry friction in the Jacobian, see `Steering.sticking`."""
         entries = self.rack.sticking(motion.rack, memory)
         return {(f"rack.{rate}", f"rack.{angle}"): entry for (rate, angle), entry in entries.items()}
 
     def steer(self, motion: DemonstratorMotion) -> Steer:
-        """Steering angle and rate of the road wheels."""
         return self.rack.steer(motion.rack)
 
     def hand(self, motion: DemonstratorMotion) -> Hand:
-        """Angle and rate of the column, in place of a steering wheel."""
         return self.rack.hand(motion.rack)
 
     def derivative(
@@ -140,7 +134,6 @@ class Demonstrator:
         return self.rack.advance(motion.rack, start.rack, memory, self._on_rack(motion, loads))
 
     def signals(self, motion: DemonstratorMotion, memory: RackMemory, loads: Loads) -> DemonstratorSignals:
-        """Signals at one instant."""
         seen = self.rack.signals(motion.rack, memory, self._on_rack(motion, loads))
         acceleration = seen.truth_steering_wheel_acceleration
         motors = (self.steering_motor_1, self.steering_motor_2)
@@ -167,7 +160,6 @@ class Demonstrator:
         )
 
     def _on_rack(self, motion: DemonstratorMotion, loads: Loads) -> Loads:
-        """Loads of the column: the motors' torques act like a hand torque, in addition to that of any hands."""
         first = column_torque_of_motor(motion.torque_1, self.steering_motor_1.ratio)
         second = column_torque_of_motor(motion.torque_2, self.steering_motor_2.ratio)
         return loads._replace(hand_torque=loads.hand_torque + first + second, actuator_torques=())

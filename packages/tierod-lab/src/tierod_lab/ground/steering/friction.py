@@ -46,11 +46,9 @@ class Elastic:
     """Base class of the laws whose only memory is their share of the level."""
 
     def remembered(self) -> Memory:
-        """Memory of relaxed friction."""
         return 0.0
 
     def share(self, memory: Memory, turned: Scalar, rate: Scalar) -> Scalar:
-        """Friction divided by its level [-]."""
         return self.advance(memory, turned, rate)
 
     def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Scalar:
@@ -76,7 +74,6 @@ class Dahl(Elastic):
     angle: Annotated[float, "rad", POSITIVE] = math.radians(1.0)
 
     def slope(self, memory: Memory, rate: Scalar) -> Scalar:
-        """Derivative of the share with respect to the angle [1/rad]."""
         return dahl_slope(memory, sign(rate), self.angle)
 
     def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Memory:
@@ -91,7 +88,6 @@ class DahlPower(Elastic):
     exponent: Annotated[float, "", Range(0.0, 5.0)] = 2.0
 
     def slope(self, memory: Memory, rate: Scalar) -> Scalar:
-        """Derivative of the share with respect to the angle [1/rad]."""
         return dahl_slope(memory, sign(rate), self.angle, self.exponent)
 
     def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Memory:
@@ -105,7 +101,6 @@ class Coulomb(Elastic):
     angle: Annotated[float, "rad", POSITIVE] = math.radians(0.05)
 
     def slope(self, memory: Memory, rate: Scalar) -> Scalar:
-        """Derivative of the share with respect to the angle [1/rad]."""
         return elastoplastic_slope(memory, sign(rate), self.angle)
 
     def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Memory:
@@ -118,9 +113,6 @@ class MaxwellSlip:
 
     Args:
         shares: share of the level by element; their sum is one
-
-    Raises:
-        ParameterError: not as many shares as angles, or their sum is not one
     """
 
     angles: Annotated[tuple[float, ...], "rad", POSITIVE] = tuple(math.radians(k) for k in (0.75, 1.5, 2.25, 3.0))
@@ -134,16 +126,13 @@ class MaxwellSlip:
             )
 
     def remembered(self) -> Memory:
-        """Memory of relaxed friction."""
         return (0.0,) * len(self.angles)
 
     def share(self, memory: Memory, turned: Scalar, rate: Scalar) -> Scalar:
-        """Friction divided by its level [-]."""
         elements = self.advance(memory, turned, rate)
         return sum((share * element for share, element in zip(self.shares, elements, strict=True)), start=0.0)
 
     def slope(self, memory: Memory, rate: Scalar) -> Scalar:
-        """Derivative of the share with respect to the angle [1/rad]."""
         elements = zip(self.shares, memory, self.angles, strict=True)
         slopes = (share * elastoplastic_slope(element, sign(rate), angle) for share, element, angle in elements)
         return sum(slopes, start=0.0)
@@ -162,11 +151,9 @@ class Stribeck(FallingLevel):
     """
 
     def share(self, memory: Memory, turned: Scalar, rate: Scalar) -> Scalar:
-        """Friction divided by its level [-]."""
         return dahl_update(memory, turned, self.angle) * self._steady(rate)
 
     def slope(self, memory: Memory, rate: Scalar) -> Scalar:
-        """Derivative of the share with respect to the angle [1/rad]."""
         return self._steady(rate) * dahl_slope(memory, sign(rate), self.angle)
 
     def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Memory:
@@ -183,13 +170,11 @@ class LuGre(FallingLevel):
     micro_time: Annotated[float, "s", NOT_NEGATIVE] = 2e-3
 
     def share(self, memory: Memory, turned: Scalar, rate: Scalar) -> Scalar:
-        """Friction divided by its level [-]."""
         steady = self._steady(rate)
         bristle = lugre_update(memory, turned, self.angle, steady)
         return lugre_share(bristle, rate, self.angle, steady, self.micro_time)
 
     def slope(self, memory: Memory, rate: Scalar) -> Scalar:
-        """Derivative of the share with respect to the angle [1/rad]."""
         return lugre_slope(memory, sign(rate), self.angle, self._steady(rate))
 
     def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Memory:
@@ -223,7 +208,6 @@ class DryFriction:
     wave: Wave | None = None  # None for a level without variation over the turn
 
     def remembered(self) -> Memory:
-        """Memory of relaxed friction, before the first motion."""
         return self.law.remembered()
 
     def torque(self, memory: Memory, turned: Scalar, rate: Scalar, load: Scalar = 1.0, angle: Scalar = 0.0) -> Scalar:

@@ -70,11 +70,9 @@ class Linkage:
         return 2.0 * self.road_wheel_inertia * self.ratio * self.ratio
 
     def remembered(self) -> Memory:
-        """Memory of relaxed friction."""
         return self.friction.remembered()
 
     def steer(self, angle: Scalar, rate: Scalar) -> Steer:
-        """Steering angles of the road wheels and their rates at an angle [rad] and rate [rad/s] of the pinion."""
         mean, slope, gain = self._mean(angle), self._slope(angle) * rate, self.ackermann_gain
         return Steer(
             ackermann_angle(mean, gain),

@@ -85,7 +85,6 @@ class RackEps:
 
     @property
     def actuators(self) -> tuple[str, ...]:
-        """Assist motor, if there is one."""
         return () if self.motor is None else ("motor_torque",)
 
     def init(self) -> RackMotion:
@@ -93,15 +92,12 @@ class RackEps:
         return RackMotion(0.0, 0.0, 0.0, 0.0, motor, () if self.torsion_bar is None else Wheel(0.0, 0.0))
 
     def remembered(self) -> RackMemory:
-        """Memory of relaxed friction."""
         return RackMemory(self.friction.remembered(), self.linkage.remembered())
 
     def stiff(self) -> RackMotion:
-        """Linearisation point at rest, with the teeth in contact: within the play there is no stiffness."""
         return self.init()._replace(position=-self.mesh.play)
 
     def sticking(self, motion: RackMotion, memory: RackMemory) -> dict[tuple[str, str], Scalar]:
-        """Entries of dry friction in the Jacobian, see `Steering.sticking`."""
         rack, (inertia, mass) = self._rack(motion), self._inertias()
         kingpins = self.linkage.stiffness(rack.angle, rack.rate, memory.kingpins)
         _, rate = self._rubbed(motion, motion)
@@ -111,12 +107,10 @@ class RackEps:
         return {("speed", "position"): -on_rack / (ratio * ratio * mass), ("rate", "angle"): -on_pinion / inertia}
 
     def steer(self, motion: RackMotion) -> Steer:
-        """Steering angle and rate of the road wheels."""
         ratio = self.linkage.rack_ratio
         return self.linkage.steer(motion.position / ratio, motion.speed / ratio)
 
     def hand(self, motion: RackMotion) -> Hand:
-        """Angle and rate of the steering wheel."""
         return Hand(motion.angle, motion.rate) if self.torsion_bar is None else Hand(*motion.wheel)
 
     def derivative(self, motion: RackMotion, start: RackMotion, memory: RackMemory, loads: Loads) -> RackMotion:
@@ -141,7 +135,6 @@ class RackEps:
         )
 
     def signals(self, motion: RackMotion, memory: RackMemory, loads: Loads) -> SteeringSignals:
-        """Signals at one instant."""
         balance, rack = self._balance(motion, motion, memory, loads), self._rack(motion)
         level = self.friction.sliding_level(self._rubbing(motion)) + self.linkage.friction_level(rack.angle)
         return steering_signals(

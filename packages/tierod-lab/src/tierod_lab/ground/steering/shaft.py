@@ -53,9 +53,6 @@ class SpeedLimit:
     """Torque limit due to the voltage at high speed, see `tierod_lab.ground.steering.motor_torque`.
 
     The defaults are typical: with a ratio of 20, full torque up to 430 degrees of column per second, none at 1000.
-
-    Raises:
-        ParameterError: the no-load speed is not above the base speed
     """
 
     base_speed: Annotated[float, "rad/s", POSITIVE] = 150.0

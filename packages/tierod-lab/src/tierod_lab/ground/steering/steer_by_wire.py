@@ -110,22 +110,18 @@ class SteerByWire:
 
     @property
     def actuators(self) -> tuple[str, ...]:
-        """Motor at the rack and motor of the steering feel."""
         return ("motor_torque", "feedback_torque")
 
     def init(self) -> SteerByWireMotion:
         return SteerByWireMotion(0.0, 0.0, 0.0, HandWheelMotion(0.0, 0.0, 0.0))
 
     def remembered(self) -> SteerByWireMemory:
-        """Memory of relaxed friction."""
         return SteerByWireMemory(self.linkage.remembered(), self.hand_wheel.friction.remembered())
 
     def stiff(self) -> SteerByWireMotion:
-        """Linearisation point at rest."""
         return self.init()
 
     def sticking(self, motion: SteerByWireMotion, memory: SteerByWireMemory) -> dict[tuple[str, str], Scalar]:
-        """Entries of dry friction in the Jacobian, see `Steering.sticking`."""
         road = self.linkage.stiffness(motion.angle, motion.rate, memory.road_wheels)
         hands = self.hand_wheel.friction.stiffness(memory.wheel, motion.wheel.rate)
         return {
@@ -134,11 +130,9 @@ class SteerByWire:
         }
 
     def steer(self, motion: SteerByWireMotion) -> Steer:
-        """Steering angle and rate of the road wheels."""
         return self.linkage.steer(motion.angle, motion.rate)
 
     def hand(self, motion: SteerByWireMotion) -> Hand:
-        """Angle and rate of the steering wheel."""
         return Hand(motion.wheel.angle, motion.wheel.rate)
 
     def derivative(
@@ -166,7 +160,6 @@ class SteerByWire:
         )
 
     def signals(self, motion: SteerByWireMotion, memory: SteerByWireMemory, loads: Loads) -> SteerByWireSignals:
-        """Signals at one instant."""
         balance, linkage, steer = self._balance(motion, motion, memory, loads), self.linkage, self.steer(motion)
         wheel, ratio = motion.wheel, linkage.ratio
         return SteerByWireSignals(

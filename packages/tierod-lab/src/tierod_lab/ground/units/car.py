@@ -65,12 +65,7 @@ class Wire(NamedTuple):
 
 
 def described(path: Path) -> Any:
-    """Description of a unit by fmpy.
-
-    Raises:
-        InputError: fmpy cannot read the unit, or it is not for co-simulation by FMI 2 on this platform
-        MissingExtra: fmpy is not installed
-    """
+    """Description of a unit by fmpy."""
     try:
         import fmpy
     except ImportError:
@@ -133,9 +128,6 @@ class Instance:
 
     Args:
         seconds: duration of the run [s]
-
-    Raises:
-        InputError: the unit cannot be loaded or does not initialise
     """
 
     def __init__(self, car: Any, block: Plant, usual: Mapping[str, float], seconds: float):
@@ -269,7 +261,6 @@ class UnitCar:
 
     @property
     def Sample(self) -> type:
-        """Class of the external inputs, including the outputs of the unit."""
         return _sample(self.gives)
 
     def lacking(self) -> list[str]:

@@ -1,18 +1,22 @@
+"""Assist unit, drivers, and the controls of angle and speed."""
+
+import math
 from dataclasses import replace
 
 import casadi
 import numpy as np
 import pytest
 
-from ground.steering.rig import STEP, Rig
-from tierod.core.block import leaves, rebuild, tuning, values_of
+from ground.rigs import STEP, Rig
+from tierod.core.block import leaves, rebuild, values_of
 from tierod.core.graph.derivatives import jacobian
-from tierod.physics.assist import assist_torque
-from tierod_lab.ground.cars.active_front_car import ActiveFrontCar
+from tierod.physics.single_track import steady_road_wheel_angle
+from tierod_lab.ground.control.angle_control import AngleControl
 from tierod_lab.ground.control.assist import ActiveReturn, AssistMemory, AssistUnit, Characteristic
-from tierod_lab.ground.steering.active_front import ActiveFront
+from tierod_lab.ground.control.automated import AutomatedDriver, Sensed, Split
+from tierod_lab.ground.parts import Demand, Hand, Seen
 from tierod_lab.ground.steering.column_eps import ColumnEps, WormGear
-from tierod_lab.ground.steering.friction import Coulomb, DryFriction
+from tierod_lab.ground.steering.friction import DryFriction
 from tierod_lab.ground.steering.rack_eps import RackEps
 from tierod_lab.ground.steering.shaft import Wheel
 
@@ -27,14 +31,6 @@ def held(unit, torque, speed=0.0, steps=200, angle=0.0, rate=0.0):
         memory, request = unit.decide(memory, torque, speed, angle, rate)
         requests.append(request)
     return np.array(requests)
-
-
-@pytest.mark.parametrize("speed", [0.0, 12.0, 40.0])
-@pytest.mark.parametrize("torque", [-6.0, 0.8, 3.0, 12.0])
-def test_settled_request_is_the_map_at_the_motor(torque, speed):
-    chart = dict(tuning(PLAIN.characteristic))
-    expected = assist_torque(torque, speed, **chart, maximum_torque=60.0) / 20.0
-    assert held(PLAIN, torque, speed)[-1] == pytest.approx(expected)
 
 
 def test_request_keeps_its_limit_and_its_rate():
@@ -97,11 +93,6 @@ def test_loop_of_bar_and_motor_is_stable_on_the_whole_map(name, hands, kingpin):
     require_stability(Rig(STEERINGS[name], AssistUnit(), kingpin, 9400.0, *hands))
 
 
-@pytest.mark.parametrize("kingpin", [200.0, 5000.0, 100e3])
-def test_loop_below_a_superposition_that_stands_still_is_stable_without_hands(kingpin):
-    require_stability(Rig(replace(ActiveFront().column, friction=SMOOTH), ActiveFrontCar().assist, kingpin))
-
-
 def require_stability(rig):
     """Gains of the map grow to 19 just below the limit of the motor, at rest; sticking friction is a stiff spring."""
     poles_at = poles(rig)
@@ -116,42 +107,58 @@ def test_without_the_lead_the_loop_would_be_unstable():
     assert np.max(np.abs(poles(rig)(5.6, 0.0))) > 1.0
 
 
-@pytest.mark.parametrize("name", STEERINGS)
-@pytest.mark.parametrize("speed", [0.0, 6.0, 30.0])
-def test_released_from_full_lock_of_assist_it_comes_to_rest(name, speed):
-    """The nonlinear loop with limits, hands off, after the wheel was pulled with 8 N*m."""
-    rig = Rig(replace(STEERINGS[name], friction=DryFriction(1.0)), AssistUnit(), kingpin_stiffness=2000.0)
-    _, out = rig.run(14.0, hand_torque=lambda t: np.where(t < 2.0, 8.0, 0.0), speed=speed)
-    assert np.max(np.abs(out["steering_wheel_rate"][-1000:])) < 0.02
-    assert np.max(np.abs(out["driver_torque"][-1000:])) < 0.1
+CONTROL_STEP = 1e-3
+CONTROL = AngleControl(stiffness=40.0, damping=1.5, integral=100.0, torque_limit=10.0)
 
 
-def rest(unit, speed, friction, kingpin=400.0):
-    """Where a wheel comes to rest that was let go at 2 rad."""
-    rig = Rig(ColumnEps(friction=DryFriction(friction, Coulomb())), unit, kingpin)
-    _, out = rig.run(12.0, rig.placed(angle=2.0, wheel=Wheel(2.0, 0.0)), speed=speed)
-    assert abs(out["steering_wheel_rate"][-1]) < 1e-2
-    return out["steering_wheel_angle"][-1]
+def follow(control, target, disturbance=0.0, inertia=0.05, damping=0.5):
+    """A damped inertia under the control, by semi-implicit steps of 1 ms."""
+    memory, angle, rate, angles, torques = control.remembered(), 0.0, 0.0, [], []
+    for wanted in target:
+        memory, torque = control.decide(memory, float(wanted), angle)
+        rate += CONTROL_STEP * (torque + disturbance - damping * rate) / inertia
+        angle += CONTROL_STEP * rate
+        angles.append(angle)
+        torques.append(torque)
+    return np.array(angles), np.array(torques)
 
 
-def test_free_steering_returns_until_friction_holds_it():
-    kingpin = 400.0
-    spring = 2.0 * kingpin / 15.5**2
-    assert abs(rest(PLAIN, 6.0, 0.0)) < 0.005
-    for friction in (1.0, 3.0):
-        left = rest(PLAIN, 6.0, friction)
-        assert abs(left) * spring <= friction * 1.01
-    assert rest(PLAIN, 6.0, 3.0) > 0.5
+def test_it_reaches_a_step_and_stays():
+    angles, _ = follow(CONTROL, np.full(3000, 0.2))
+    assert angles[-1] == pytest.approx(0.2, abs=1e-4)
+    assert 0.2 < np.max(angles) < 0.24
+    assert np.argmax(angles > 0.18) < 150
 
 
-def test_active_return_brings_the_wheel_further_back_when_rolling():
-    """Where return, as a second spring, and kingpins together are held by friction: 1 N*m*s/rad times 1.5 1/s."""
-    spring, friction = 2.0 * 400.0 / 15.5**2, 3.0
-    assert rest(AssistUnit(damping=0.0), 6.0, friction) == pytest.approx(friction / (spring + 1.5), rel=0.01)
-    assert rest(AssistUnit(), 0.0, friction) == pytest.approx(rest(PLAIN, 0.0, friction), rel=0.02)
+def test_the_limit_holds_and_nothing_winds_up():
+    angles, torques = follow(CONTROL, np.full(4000, 4.0))
+    small, _ = follow(CONTROL, np.full(4000, 0.1))
+    assert np.max(np.abs(torques)) == CONTROL.torque_limit
+    assert np.max(angles) / 4.0 < np.max(small) / 0.1
+    assert angles[-1] == pytest.approx(4.0, abs=1e-3)
 
 
-def test_damping_opposes_the_rate_at_speed_only():
-    unit = AssistUnit(active_return=ActiveReturn(gain=0.0), damping=0.4, damping_speed=15.0)
-    assert held(unit, 0.0, 0.0, rate=2.0)[-1] == 0.0
-    assert held(unit, 0.0, 15.0, rate=2.0)[-1] == pytest.approx(-0.4 * 0.5 * 2.0 / 20.0)
+AUTOMATED = AutomatedDriver(target_rate=1e6)
+ON_THE_PATH = Seen(1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, Hand(0.0, 0.0))
+STRAIGHT = Demand(8.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0)
+CRUISING = Sensed(8.0, 0.0, 0.0)
+
+
+def targets(driver=AUTOMATED, place=ON_THE_PATH, demand=STRAIGHT, sensed=CRUISING):
+    return driver.command(driver.reset(), place, demand, sensed)[1]
+
+
+def test_a_bend_ahead_is_steered_as_the_single_track_needs():
+    steer = math.atan(steady_road_wheel_angle(0.05, 8.0, AUTOMATED.wheelbase, AUTOMATED.understeer_gradient))
+    bend = targets(demand=STRAIGHT._replace(curvature_ahead=0.05), place=ON_THE_PATH._replace(curvature=0.05),
+                   sensed=CRUISING._replace(yaw_rate=0.4))  # fmt: skip
+    assert bend.steering_wheel_angle == pytest.approx(19.7 * steer)
+
+
+def test_motors_share_the_torque_and_wheels_help_if_asked():
+    helped = AutomatedDriver(split=Split(0.6, 0.1, 0.24), drive_steering=50.0)
+    wanted = targets(helped, sensed=CRUISING._replace(steering_wheel_angle=-0.1))
+    total = wanted.steering_torque_1 + wanted.steering_torque_2
+    assert total > 0.0
+    assert wanted.steering_torque_1 == pytest.approx(0.7 * total)
+    assert wanted.drive_difference == pytest.approx(50.0 * total)

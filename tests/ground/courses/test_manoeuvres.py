@@ -1,0 +1,163 @@
+"""Open-loop and bench tests, and conditions of road, wind and hands."""
+
+import math
+
+import numpy as np
+import pytest
+
+from tierod_lab.ground.courses.bench import BenchHands, BenchMultisine, BenchRamps, BenchSweep
+from tierod_lab.ground.courses.conditions import (
+    Adhesion,
+    Attention,
+    Breeze,
+    During,
+    Grip,
+    Gusts,
+    HandTorque,
+    Restlessness,
+    Slope,
+    Tremor,
+    Unevenness,
+)
+from tierod_lab.ground.courses.open_loop import (
+    LockToLock,
+    RandomSteer,
+    SineSteer,
+)
+
+
+def test_a_sine_dwells_at_its_last_extreme():
+    course = SineSteer(settle=0.0, amplitude=0.5, frequency=1.0, periods=1, dwell=0.5)
+    time = np.array([0.25, 0.5, 0.75, 1.0, 1.25, 1.375, 1.5, 1.6])
+    expected = [0.5, 0.0, -0.5, -0.5, -0.5, -0.5 * math.sqrt(0.5), 0.0, 0.0]
+    assert course.angle_at(time) == pytest.approx(expected, abs=1e-12)
+
+
+def test_random_steering_has_its_band_and_size():
+    course = RandomSteer(settle=0.0, deviation=0.2, lowest=0.5, highest=1.5, time=200.0, rest=0.0)
+    time = np.arange(0.0, 200.0, 0.01)
+    angle = course.angle_at(time)
+    power, frequency = np.abs(np.fft.rfft(angle)) ** 2, np.fft.rfftfreq(len(time), 0.01)
+    assert np.std(angle) == pytest.approx(0.2, rel=0.02)
+    assert np.sum(power[(frequency > 0.45) & (frequency < 1.55)]) > 0.99 * np.sum(power)
+
+
+def test_lock_to_lock_visits_both_locks_and_rests():
+    course = LockToLock(lock_angle=9.0, rate=1.0, rest=2.0)
+    time = np.arange(0.0, course.duration, 1e-3)
+    angle = course.angle_at(time)
+    rate = np.gradient(angle, 1e-3)
+    assert (angle.min(), angle.max()) == (pytest.approx(-9.0), pytest.approx(9.0))
+    assert np.max(np.abs(rate)) == pytest.approx(1.0, rel=1e-3)
+    assert np.argmin(angle) < np.argmax(angle), "to the right first"
+    assert angle[-1] == pytest.approx(0.0, abs=1e-9)
+    assert np.sum(np.abs(rate) < 1e-9) * 1e-3 == pytest.approx(4 * 2.0, abs=0.05)
+    # Strokes of 9, 18, 9 rad; half a cosine takes pi/2 times as long as its greatest rate would.
+    assert course.duration == pytest.approx(0.5 * math.pi * 36.0 + 4 * 2.0)
+
+
+TIME = np.arange(0.0, 20.0, 0.01)
+PLACE = 10.0 * TIME
+
+
+def act(condition, seed=0):
+    return condition.acting(np.random.default_rng(seed))(TIME, PLACE)
+
+
+def test_a_ramp_is_smooth_and_symmetric():
+    share = During(5.0, 9.0, ramp=1.0).share(TIME, PLACE)
+    assert share[TIME.searchsorted(5.5)] == pytest.approx(0.5, abs=0.01)
+    assert np.all(share[(TIME > 6.01) & (TIME < 7.99)] == 1.0)
+    assert np.max(np.abs(np.diff(share))) <= 1.5 * 0.01 + 1e-9, "steepest in the middle of the ramp"
+    inside = (TIME > 5.0) & (TIME < 9.0)
+    assert np.all(share[~inside] == 0.0)
+    assert np.allclose(share[inside], np.flip(share[inside]), atol=2e-2)
+
+
+@pytest.mark.parametrize(
+    ("condition", "levels"),
+    [
+        (Adhesion(left=0.3), {"road.adhesion_left": 0.3, "road.adhesion_right": 1.0}),
+        (Slope(bank=0.05, grade=-0.1), {"road.bank_angle": 0.05, "road.grade_angle": -0.1}),
+        (Breeze(crosswind=-15.0), {"wind.crosswind_speed": -15.0, "wind.headwind_speed": 0.0}),
+        (HandTorque(torque=2.0), {"demand.hand_torque": 2.0}),
+        (Grip(), {"demand.grip": 0.0}),
+        (Attention(share=0.2), {"demand.attention": 0.2}),
+    ],
+)
+def test_steady_conditions_set_their_columns(condition, levels):
+    columns = act(condition)
+    assert {name: (values.min(), values.max()) for name, values in columns.items()} == {
+        name: (pytest.approx(level), pytest.approx(level)) for name, level in levels.items()
+    }
+
+
+@pytest.mark.parametrize(
+    ("condition", "name", "deviation"),
+    [
+        (Restlessness(deviation=0.1), "demand.steering_wheel_angle", 0.1),
+        (Gusts(deviation=3.0), "wind.crosswind_speed", 3.0),
+        (Unevenness(deviation=0.01), "road.bank_angle", 0.01),
+        (Tremor(deviation=0.5), "demand.hand_torque", 0.5),
+    ],
+)
+def test_random_conditions_have_their_size_and_no_mean(condition, name, deviation):
+    time = np.arange(0.0, 2000.0, 0.01)
+    values = condition.acting(np.random.default_rng(1))(time, 10.0 * time)[name]
+    # Between its knots a smooth curve is the mean of two: its overall variance is 26/35 of theirs.
+    assert np.std(values) == pytest.approx(deviation * math.sqrt(26.0 / 35.0), rel=0.1)
+    assert abs(np.mean(values)) < 0.1 * deviation
+
+
+def test_tremor_has_its_frequency():
+    time = np.arange(0.0, 200.0, 0.01)
+    torque = Tremor(frequency=9.0).acting(np.random.default_rng(1))(time, time)["demand.hand_torque"]
+    power = np.abs(np.fft.rfft(torque)) ** 2
+    frequency = np.fft.rfftfreq(len(time), 0.01)
+    assert np.sum(power * frequency) / np.sum(power) == pytest.approx(9.0, abs=0.2)
+    assert np.sum(power[np.abs(frequency - 9.0) < 2.0]) > 0.9 * np.sum(power)
+
+
+def frequency(sweep, at):
+    time = np.arange(at - 0.5, at + 0.5, 1e-4)
+    torque = sweep.columns(time, 0.0 * time, 0.0, 0.0)["motor_torque"]
+    up = time[1:][(torque[:-1] < 0.0) & (torque[1:] >= 0.0)]
+    return (len(up) - 1) / (up[-1] - up[0])
+
+
+def test_the_sweep_passes_its_frequencies_at_an_even_pace_of_octaves():
+    sweep = BenchSweep(amplitude=0.5, lowest=4.0, highest=32.0, settle=1.0, time=31.0)
+    assert [frequency(sweep, at) for at in (11.0, 21.0)] == pytest.approx([8.0, 16.0], rel=0.03)
+    time = np.linspace(0.0, 31.0, 5000)
+    torque = sweep.columns(time, time, 0.0, 0.0)["motor_torque"]
+    assert np.all(torque[time < 1.0] == 0.0)
+    assert np.max(np.abs(torque)) == pytest.approx(0.5, rel=1e-3)
+
+
+def torque_of(test):
+    time = np.arange(0.0, test.duration, 1e-3)
+    return time, test.columns(time, time, 0.0, 0.0)["motor_torque"]
+
+
+def test_ramps_are_straight_and_grow():
+    time, torque = torque_of(BenchRamps(amplitude=0.4, period=4.0, first=0.25, settle=1.0, time=21.0))
+    assert np.all(torque[time < 1.0] == 0.0)
+    assert np.max(torque[time < 5.0]) == pytest.approx(0.4 * (0.25 + 0.75 * 1.0 / 20.0), rel=1e-3)
+    assert np.max(np.abs(torque)) == pytest.approx(0.4 * (0.25 + 0.75 * 19.0 / 20.0), rel=1e-3)
+    assert np.max(np.abs(np.diff(torque, 2)[(time[1:-1] > 1.1) & (time[1:-1] < 1.9)])) < 1e-6
+
+
+def test_a_multisine_has_the_power_of_one_sine_and_no_high_peak():
+    _, torque = torque_of(BenchMultisine(amplitude=0.3, settle=0.0, time=60.0))
+    assert np.std(torque) == pytest.approx(0.3 / math.sqrt(2.0), rel=0.02)
+    assert np.max(np.abs(torque)) < 4.0 * np.std(torque)
+
+
+def test_hands_come_and_go_within_their_times():
+    course = BenchHands(time=400.0, shortest=2.0, longest=8.0, seed=3)
+    times = np.diff(course.switches, prepend=0.0)
+    assert 2.0 <= times.min() < times.max() <= 8.0
+    middles = course.switches[:-1] + 0.5 * times[1:]
+    present, hold = course.held(middles)
+    assert present.tolist() == [1.0, 0.0] * (len(middles) // 2) + [1.0] * (len(middles) % 2)
+    assert hold[::2].tolist() == list(range(len(middles[::2])))
