@@ -1,14 +1,16 @@
 """Text tables of all makes: delimiters, decimal comma, units in titles and rows, vendor headers, damage."""
 
+import base64
 import sys
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from tierod.core.errors import InputError
 from tierod.io.readers import csv, read
+from tierod.io.readers.clocks import past_midnight
 from tierod.io.readers.content import content_of
-from tierod.io.readers.csv import _past_midnight
 
 
 def written(tmp_path, text, name="drive.csv", encoding="utf-8"):
@@ -90,12 +92,12 @@ def test_calendar_time(tmp_path):
 
 
 @pytest.mark.parametrize(("point", "delimiter"), [(".", ","), (",", ";")])
-def test_times_of_a_day_go_on_past_midnight(tmp_path, point, delimiter):
+def test_times_of_a_day_go_onpast_midnight(tmp_path, point, delimiter):
     stamps = [f"23:59:59{point}{k:02d}0" for k in range(50, 100)] + [f"00:00:00{point}{k:02d}0" for k in range(50)]
     body = "\n".join(f"{stamp}{delimiter}{k}" for k, stamp in enumerate(stamps))
     found = read(written(tmp_path, f"Zeit{delimiter}speed [m/s]\n{body}\n"))["vehicle_speed"]
     assert found.time == pytest.approx(86399.5 + 0.01 * np.arange(100))
-    assert _past_midnight(np.array([0.01, np.nan, 0.02]), 86399.99)[[0, 2]] == pytest.approx([86400.01, 86400.02])
+    assert past_midnight(np.array([0.01, np.nan, 0.02]), 86399.99)[[0, 2]] == pytest.approx([86400.01, 86400.02])
 
 
 @pytest.mark.parametrize("counter", ["number,", "lap_time,"])
@@ -261,3 +263,93 @@ def test_rows_of_empty_cells_in_the_heading_hide_neither_names_nor_units(tmp_pat
     recording = read(tmp_path / "kart.csv")
     assert recording.names == ("vehicle_speed", "lateral_acceleration", "yaw_rate")
     assert recording["vehicle_speed"].values.max() == pytest.approx(52 / 3.6)
+
+
+@pytest.mark.parametrize("kind", ["csv", "parquet", "feather"])
+def test_blank_cells_between_regular_samples_are_none_and_lost_ones_are_missing(tmp_path, kind):
+    time = np.arange(0, 4000) * 0.01
+    table = pd.DataFrame({"time": time, "steering_wheel_angle [rad]": np.sin(time)})
+    slow = pd.DataFrame({"time": time[::5] + 0.003, "yaw_rate [rad/s]": 0.1 * np.sin(time[::5])})
+    slow["vehicle_speed [m/s]"] = np.where(np.random.default_rng(1).random(800) < 0.1, np.nan, 20.0)
+    table = pd.concat([table, slow]).sort_values("time", ignore_index=True)
+    path = tmp_path / f"drive.{kind}"
+    getattr(table, f"to_{kind}")(path, **({"index": False} if kind == "csv" else {}))
+    found = read(path)
+    assert len(found["steering_wheel_angle"].time) == 4000
+    assert np.isfinite(found["steering_wheel_angle"].values).all()
+    assert np.diff(found["yaw_rate"].time) == pytest.approx(0.05)
+    assert np.isfinite(found["yaw_rate"].values).all()
+
+
+@pytest.mark.parametrize("kind", ["tsv", "vbo", "parquet"])
+def test_a_time_of_day_as_digits_of_one_number(tmp_path, kind):
+    seconds = 9 * 3600 + 58 * 60 + np.arange(0, 1500) * 0.1
+    hours, minutes = seconds // 3600, seconds // 60 % 60
+    digits = [f"{1e4 * h + 1e2 * m + s % 60:09.2f}" for h, m, s in zip(hours, minutes, seconds, strict=True)]
+    path = tmp_path / f"drive.{kind}"
+    if kind == "parquet":
+        pd.DataFrame({"time": np.array(digits, dtype=float), "velocity [km/h]": 54.0}).to_parquet(path)
+    elif kind == "tsv":
+        path.write_text("sats\ttime\tvelocity [km/h]\n" + "".join(f"8\t{t}\t54.0\n" for t in digits))
+    else:
+        head = (
+            "[header]\nsatellites\ntime\nvelocity kmh\n\n[comments]\nof a drive\n\n[column names]\nsats time velocity\n"
+        )
+        path.write_text(head + "\n[data]\n" + "".join(f"008 {t} +054.000 \n" for t in digits))
+    found = read(path)["vehicle_speed"]
+    assert found.time[-1] - found.time[0] == pytest.approx(149.9)
+    assert np.diff(found.time) == pytest.approx(0.1)
+    assert found.values == pytest.approx(15.0)
+    assert "time of day" in found.note
+
+
+def test_seconds_that_look_like_digits_of_a_day_stay_seconds(tmp_path):
+    found = read(written(tmp_path, "time,speed [m/s]\n" + "".join(f"{120030 + 0.5 * k},{k}\n" for k in range(100))))
+    assert np.diff(found["vehicle_speed"].time) == pytest.approx(0.5)
+
+
+def test_channels_listed_above_the_data_name_the_columns(tmp_path):
+    above = "%Log%\nChannel : Engine Speed\nRange : 20000,0\nChannel : Speed [km/h]\nRange : 400,0\n"
+    found = read(written(tmp_path, above + "".join(f"14:15:{0.02 * k:06.3f},900,36\n" for k in range(100))))
+    assert set(found.channels) == {"Engine Speed", "vehicle_speed"}
+    assert found["vehicle_speed"].values == pytest.approx(10.0)
+
+
+_DATABASE = """VERSION ""
+
+BS_:
+
+BU_: X
+
+BO_ 288 STEER: 8 X
+ SG_ SteeringWheelAngle : 0|16@1- (0.1,0) [-900|900] "deg" X
+"""
+_LAYOUTS = {
+    "plain": ("time,addr,bus,data", "{t:.2f},0x120,0,0x{hex}"),
+    "spaces": ("Time;CAN ID;DLC;Data", "{t:.2f};120h;8;{spaced}"),
+    "savvycan": ("Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2,D3,D4,D5,D6,D7,D8", "{us},00000120,false,Rx,0,8,{cells},"),
+    "python-can": ("timestamp,arbitration_id,extended,remote,error,dlc,data", "{t:.2f},0x120,0,0,0,8,{coded}"),
+}
+
+
+@pytest.mark.parametrize("layout", _LAYOUTS)
+def test_rows_that_are_can_frames(tmp_path, layout):
+    heading, row = _LAYOUTS[layout]
+    (tmp_path / "car.dbc").write_text(_DATABASE)
+    lines = [heading]
+    for k in range(200):
+        data = (10 * k - 1000).to_bytes(2, "little", signed=True) + bytes(6)
+        text = data.hex().upper()
+        pairs = [text[at : at + 2] for at in range(0, 16, 2)]
+        coded = base64.b64encode(data).decode()
+        lines.append(
+            row.format(t=0.01 * k, us=10000 * k, hex=text, spaced=" ".join(pairs), cells=",".join(pairs), coded=coded)
+        )
+    path = written(tmp_path, "\n".join([*lines, "broken,row"]) + "\n")
+    found = read(path, dbc=tmp_path / "car.dbc")
+    angle = found["steering_wheel_angle"]
+    assert np.diff(angle.time) == pytest.approx(0.01)
+    assert np.degrees(angle.values) == pytest.approx(np.arange(200) - 100.0)
+    assert "1 of 201 rows are no CAN frames" in " ".join(found.metadata["warnings"])
+    with pytest.raises(InputError, match=r"200 CAN frames of 1 identifiers \(0x120\); a DBC file"):
+        read(path)

@@ -43,3 +43,32 @@ def test_general_words_in_one_of_several_structures_are_not_taken_for_the_vehicl
 def test_no_time(tmp_path):
     with pytest.raises(InputError, match="no vectors beside a time vector; save a vector 'time' in seconds"):
         read(saved(tmp_path, speed=TIME))
+
+
+def _structures(kind, time, signals):
+    """Variables of one recording as Simulink, its scope, ControlDesk and level 4 store them."""
+    if kind == "level 4":
+        return {"t": time, **signals}, {"format": "4"}
+    columns = {name: values.reshape(-1, 1) for name, values in signals.items()}
+    if kind == "structure with time":
+        return {n: {"time": time, "signals": {"values": v, "label": n}} for n, v in columns.items()}, {}
+    kinds = ("values", "label") if kind == "scope" else ("Data", "Name")
+    table = np.zeros((1, len(signals)), dtype=[(name, object) for name in kinds])
+    for at, (name, values) in enumerate(columns.items()):
+        table[0, at] = (values, name)
+    if kind == "scope":
+        return {"ScopeData": {"time": time, "signals": table}}, {}
+    return {"rec": {"X": {"Name": "", "Data": time}, "Y": table}}, {}
+
+
+@pytest.mark.parametrize("kind", ["structure with time", "scope", "ControlDesk", "level 4"])
+def test_structures_with_names_and_times_in_fields(tmp_path, kind):
+    time = np.arange(0, 20, 0.01)
+    signals = {"steering_wheel_angle": 0.5 * np.sin(time), "yaw_rate": 0.1 * np.sin(time), "vehicle_speed": 15 + time}
+    variables, options = _structures(kind, time, signals)
+    path = tmp_path / "drive.mat"
+    scipy.io.savemat(path, variables, **options)
+    found = read(path)
+    for name, values in signals.items():
+        assert found[name].time == pytest.approx(time)
+        assert found[name].values == pytest.approx(values)

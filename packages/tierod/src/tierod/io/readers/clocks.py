@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tierod.core.errors import InputError, nearest
+from tierod.core.recording import Channel
 from tierod.core.signals import plain
 from tierod.core.units import known, scale, split_name, split_suffix
 from tierod.io.readers.channel_map import GUESSED, TimeEntry
@@ -27,6 +28,11 @@ SLOWEST = 1.0
 
 USUAL = (5.0, 20e3)  # Range of usual sampling rates [Hz], from coarse telemetry of vehicles to phase currents of motors
 FEWEST = 8  # Smallest number of stamps from which a rate is estimated
+BLANK = 0.05  # Share of rows, blank between regular samples, from which a column has a rate of its own
+REGULAR = 0.8  # Share of steps between samples that are alike in such a column; lost samples at random leave 0.5
+LONGER = 1.5  # Ratio of two steps from which they are not alike
+DAY = 86400.0  # [s]
+PACKED = "hhmmss"  # Unit of a time of day whose hours, minutes and seconds are digits of one number
 
 
 @dataclass(frozen=True)
@@ -111,6 +117,66 @@ def unit_of(column: Column, given: TimeEntry = GUESSED) -> str:
     return given.unit or column.unit or (inside if known(inside) else "") or split_suffix(column.name)[1]
 
 
+def is_packed(parts: Iterable[np.ndarray]) -> bool:
+    """Whether every stamp is a time of day whose digits read hhmmss: seconds would pass through 60 to 99 as well.
+
+    Args:
+        parts: the stamps of a clock without a unit, as recorded, part by part
+    """
+    first = True
+    for stamps in parts:
+        stamps = stamps[np.isfinite(stamps)]
+        if first and len(stamps) and stamps[0] < 1e2:  # a clock that counts from its start
+            return False
+        first = first and not len(stamps)
+        if not ((stamps >= 0.0) & (stamps < 24e4) & (stamps % 1e4 < 6e3) & (stamps % 1e2 < 60.0)).all():
+            return False
+    return not first
+
+
+def past_midnight(time: np.ndarray, last: float) -> np.ndarray:
+    """Times of a day [s], (n,), continued past midnight from the last one (NaN at first); dates unchanged."""
+    there = np.flatnonzero(np.isfinite(time))
+    if not len(there) or not (time[there] < DAY).all():
+        return time
+    first = [last] if np.isfinite(last) else []
+    time = time.copy()
+    time[there] = np.unwrap(np.concatenate((first, time[there])), period=DAY)[len(first) :]
+    return time
+
+
+class OwnRates:
+    """Leaves out the blank rows of columns that have samples only in some rows, in regular steps of their own."""
+
+    def __init__(self) -> None:
+        self._groups: dict[str, int] | None = None  # of the columns with a rate of their own, by their first piece
+
+    def __call__(self, channels: Sequence[Channel]) -> list[Channel]:
+        """The channels of the next piece; those whose samples are in common rows share their stamps."""
+        if self._groups is None:
+            rows: dict[bytes, int] = {}
+            filled = {each.name: np.isfinite(each.values).tobytes() for each in channels if _is_sparse(each)}
+            self._groups = {name: rows.setdefault(which, len(rows)) for name, which in filled.items()}
+        made = list(channels)
+        for group in set(self._groups.values()):
+            places = [at for at, each in enumerate(channels) if self._groups.get(each.name) == group]
+            kept = np.any([np.isfinite(channels[at].values) for at in places], axis=0)
+            time = channels[places[0]].time[kept]
+            for at in places:
+                made[at] = replace(channels[at], time=time, values=channels[at].values[kept])
+        return made
+
+
+def _is_sparse(channel: Channel) -> bool:
+    rows = np.flatnonzero(np.isfinite(channel.values) & np.isfinite(channel.time))
+    if len(rows) < FEWEST or len(rows) == len(channel.values):
+        return False
+    steps, blank = np.diff(channel.time[rows]), np.diff(rows) - 1
+    usual = steps < LONGER * np.median(steps)
+    regular = usual & (steps > np.median(steps) / LONGER)
+    return bool(blank[usual].sum() > BLANK * (rows[-1] - rows[0]) and regular.mean() > REGULAR)
+
+
 def require_plausible_rate(clocks: Iterable[tuple[str, str, np.ndarray]]) -> None:
     """Refuse time stamps without a unit whose rate is too low in seconds and usual in another unit.
 
@@ -122,6 +188,8 @@ def require_plausible_rate(clocks: Iterable[tuple[str, str, np.ndarray]]) -> Non
     for column, unit, stamps in clocks:
         steps = np.diff(stamps[np.isfinite(stamps)])
         steps = steps[steps > 0.0]
+        if unit == PACKED:
+            return
         if len(steps) < FEWEST - 1:
             continue
         applied, step = unit or _calendar_unit(stamps) or "s", float(np.median(steps))
@@ -150,10 +218,14 @@ def _in_doubt(rate: float, step: float, column: str, applied: str, fitting: Sequ
 
 def seconds(stamps: np.ndarray, unit: str, column: str) -> tuple[np.ndarray, str]:
     """Time stamps in seconds, and the note on a guessed unit."""
+    stamps = np.asarray(stamps, dtype=float)
+    if unit == PACKED:
+        hours, rest = np.divmod(stamps, 1e4)
+        return 3600.0 * hours + 60.0 * (rest // 100.0) + rest % 100.0, "time stamps taken as a time of day, hhmmss"
     guess = "" if unit else _calendar_unit(stamps)
     note = f"time stamps taken as {guess} since 1970" if guess else ""
     try:
-        return scale(unit or guess or "s", "s")(np.asarray(stamps, dtype=float)), note
+        return scale(unit or guess or "s", "s")(stamps), note
     except InputError as error:
         raise InputError(f"the time column '{column}': {error}") from None
 

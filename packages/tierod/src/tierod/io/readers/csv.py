@@ -21,23 +21,27 @@ from tierod.io.readers.channel_map import GUESSED, TimeEntry
 from tierod.io.readers.clocks import (
     DATES,
     OF_DAY,
+    PACKED,
     Clock,
+    OwnRates,
     find_clocks,
+    is_packed,
+    past_midnight,
     require_plausible_rate,
     seconds,
     unit_of,
     unread_clock,
 )
 from tierod.io.readers.content import Content, whole_lines
-from tierod.io.readers.csv_layout import MISSING, SAMPLE, find_layout
+from tierod.io.readers.csv_layout import MISSING, SAMPLE, SPACES, find_layout
 from tierod.io.readers.source import Column, Format, Lane, Piece, Source
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-DAY = 86400.0  # [s]
 _ISO = re.compile(r"\s*\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d(\.\d{1,9})?)?\s*(Z|[+-]\d\d:?\d\d)?\s*$")
 _FRACTION = re.compile(r"\.\d+")
+_BETWEEN, _AROUND = re.compile(rb"[ \t]+"), re.compile(rb"^[ \t]+|[ \t]+(?=\r?$)", re.MULTILINE)
 
 
 class Rows(NamedTuple):
@@ -122,6 +126,8 @@ class Table:
             broken.append(row.actual_columns)
             return "skip"
 
+        if layout.delimiter == SPACES:
+            block = _BETWEEN.sub(b" ", _AROUND.sub(b"", block))
         found = text.read_csv(
             pa.BufferReader(_copied(_in_unicode(block))),
             read_options=text.ReadOptions(
@@ -158,7 +164,11 @@ def open_csv(content: Content, time: TimeEntry = GUESSED) -> Source:
             f"{path}: the time column '{clock.name}' is written as '{layout.texts[clock.name].strip()[:40]}'; "
             f"give it in seconds, as a date that reads {DATES}, or as a time of day {OF_DAY}"
         )
-    clocks, units = _clocks(path, columns, table.beginning(), time)
+    head = table.beginning()
+    clocks, units = _clocks(path, columns, head, time)
+    for name in units:
+        if not units[name] and name in head and is_packed(table.rows(b, [name]).columns[name] for b in table.blocks()):
+            units[name] = PACKED
     timed = {name for clock in clocks for name in clock.columns}
     members = tuple(column for column in columns if column.name in timed and column.name in layout.numeric)
     if not members:
@@ -203,6 +213,7 @@ def _lane(table: Table, clock: str, unit: str, names: Sequence[str], padded: boo
     bad: Counter[str] = Counter()
     guess, lost, done, last, stamps = "", 0, 0, np.nan, ""
     odd: list[str] = []
+    own_rates = OwnRates()
     for block in table.blocks():
         rows = table.rows(block, list(dict.fromkeys([clock, *names])))
         bad.update(rows.bad)
@@ -212,13 +223,14 @@ def _lane(table: Table, clock: str, unit: str, names: Sequence[str], padded: boo
         if clock in layout.dates:
             time, wrong = calendar(rows.table[clock], clock)
             odd += wrong
-            time = _past_midnight(time, last)
-            last = time[there[-1]] if len(there := np.flatnonzero(np.isfinite(time))) else last
             stamps = f"{len(odd)} time stamps do not exist, such as '{odd[0].strip()[:40]}'" if odd else ""
         else:
             time, found = seconds(rows.columns[clock], unit, clock)
             guess = guess or found
             stamps = f"{bad[clock]} time stamps are not numbers" if bad[clock] else ""
+        if clock in layout.dates or unit == PACKED:
+            time = past_midnight(time, last)
+            last = time[there[-1]] if len(there := np.flatnonzero(np.isfinite(time))) else last
         kept = np.isfinite(time) if padded else np.ones(len(time), dtype=bool)
         time = time if kept.all() else time[kept]
         made = []
@@ -227,18 +239,7 @@ def _lane(table: Table, clock: str, unit: str, names: Sequence[str], padded: boo
             values = values if kept.all() else values[kept]
             channel = Channel(name, time, values, columns[name].unit, entry.get("source", name), entry.get("note", ""))
             made.append(channel.noted(guess, f"{bad[name]} cells are not numbers" if bad[name] else "", stamps))
-        yield Piece(made, done / table.size)
-
-
-def _past_midnight(time: np.ndarray, last: float) -> np.ndarray:
-    """Times of a day [s], (n,), continued past midnight from the last one (NaN at first); dates unchanged."""
-    there = np.flatnonzero(np.isfinite(time))
-    if not len(there) or not (time[there] < DAY).all():
-        return time
-    first = [last] if np.isfinite(last) else []
-    time = time.copy()
-    time[there] = np.unwrap(np.concatenate((first, time[there])), period=DAY)[len(first) :]
-    return time
+        yield Piece(made if "layout" in layout.about else own_rates(made), done / table.size)
 
 
 def _in_utf8(content: Content) -> Iterator[bytes]:
@@ -338,4 +339,5 @@ def _instant(cell: str) -> float:
 
 
 # It recognises no beginning: any text that is of no other format is read as a text table.
-FORMAT = Format("csv", "CSV (.csv, .txt, .tsv)", (".csv", ".txt", ".tsv"), open_csv, lambda *_: False, text=True)
+_ENDINGS = (".csv", ".txt", ".tsv", ".vbo")
+FORMAT = Format("csv", f"CSV ({', '.join(_ENDINGS)})", _ENDINGS, open_csv, lambda *_: False, text=True)

@@ -17,6 +17,8 @@ from tierod.io.readers.source import Column
 
 SAMPLE = 1 << 17  # Number of bytes at the beginning from which the layout is found
 
+SPACES = " "  # Delimiter of a table whose cells are apart by any number of spaces
+
 # Beginning of the first line that the CSV writer writes
 COMMENT = "# tierod "
 
@@ -24,6 +26,8 @@ _NUMBER = re.compile(r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*$|^\s*[-+]?(i
 _DECIMAL_COMMA = re.compile(r"^\s*[-+]?\d*,\d+([eE][-+]?\d+)?\s*$")
 _DATE = re.compile(r"^\s*\d{4}-\d\d-\d\d[T ]\d\d:\d\d|^\s*\d\d:\d\d:\d\d([.,]\d{1,9})?\s*$")
 MISSING = ("", "nan", "NaN", "NAN", "null", "NULL", "None", "n/a", "N/A", "NA", "-", "#N/A", "--")
+_SECTION = re.compile(r"^\s*\[([\w ]+)\]\s*$")
+_CHANNEL = re.compile(r"^\s*channel(?: name| \d+)?\s*[:=]\s*(.+)$", re.IGNORECASE)
 _NAME_LABELS = ("channel name", "channel", "name", "names", "signal", "channels")
 _UNIT_LABELS = ("unit", "units")
 
@@ -53,6 +57,9 @@ def find_layout(data: bytes) -> Layout:
     for delimiter in ",;\t|":
         for decimal in "." if delimiter == "," else ".,":
             best = max(best, (_score(plain, delimiter, decimal), delimiter, decimal))
+    for decimal in ".,":  # cells of the others may hold spaces too
+        score = _score(plain, SPACES, decimal)
+        best = (score, SPACES, decimal) if score > best[0] else best
     if not best[0]:
         raise InputError("holds no table of numbers; export the signals as columns with one row of names above them")
     return _layout(lines, best[1], best[2], about)
@@ -76,7 +83,7 @@ def _lines(data: bytes) -> list[tuple[int, str]]:
 
 
 def _cells(line: str, delimiter: str) -> list[str]:
-    return next(csv.reader([line], delimiter=delimiter), [])
+    return line.split() if delimiter == SPACES else next(csv.reader([line], delimiter=delimiter), [])
 
 
 def _is_number(cell: str, decimal: str) -> bool:
@@ -122,6 +129,7 @@ def _layout(lines: list[tuple[int, str]], delimiter: str, decimal: str, about: d
         len(body) - 1,
     )
     header = [cells for cells in body[:first] if 1 < len(cells) <= width and any(map(str.strip, cells))]
+    header = _preamble([text for offset, text in lines if offset < rows[first][0]], width) or header
     _refuse_lacking_names(header, below, delimiter)
     columns = _columns(header, width)
     columns = tuple(_as_written(column, about) for column in columns)
@@ -140,13 +148,34 @@ def _layout(lines: list[tuple[int, str]], delimiter: str, decimal: str, about: d
     )
 
 
+def _preamble(above: list[str], width: int) -> list[list[str]]:
+    """Rows of names and units from a list of the channels above the data; empty where there is none.
+
+    Sections of VBOX name the columns, in another one their units; a line "Channel : NAME" names one after the time.
+    """
+    sections: dict[str, list[str]] = {}
+    current: list[str] = []
+    for line in above:
+        title = _SECTION.match(line)
+        current = sections.setdefault(title[1].lower(), []) if title else current
+        if not title and line.strip():
+            current.append(line)
+    names = " ".join(sections.get("column names", [])).split()
+    if len(names) == width:
+        last = [line.split()[-1] for line in sections.get("header", [])]
+        units = [unit if known(unit) else "" for unit in last] if len(last) == width else [""] * width
+        return [names, units]
+    listed = [found[1].strip() for line in above if (found := _CHANNEL.match(line))]
+    return [["time", *listed]] if len(listed) == width - 1 else [listed] if len(listed) == width else []
+
+
 def _refuse_lacking_names(header: list[list[str]], below: list[list[str]], delimiter: str) -> None:
     """Refuse a table with names for half of its columns, as where a decimal comma doubles the number of cells."""
     width = len(below[0])
     named = max((sum(map(bool, cells)) for cells in header), default=width)
     if delimiter == "," and width > 2 and named <= (width + 2) // 2:
         found = f"has {named} names above {width} columns"
-        if any("." in cell for cells in below for cell in cells):
+        if named not in (width // 2, (width + 1) // 2) or any("." in cell for cells in below for cell in cells):
             raise InputError(f"{found}; write one row of names above the numbers, with a name for every column")
         raise InputError(
             f"{found}: its numbers have a decimal comma, and commas also separate the columns; export it with "

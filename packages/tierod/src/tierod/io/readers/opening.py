@@ -71,10 +71,12 @@ _OWN = {
     "asc": "tierod.io.readers.asc:FORMAT",
     "trc": "tierod.io.readers.vendor_can:TRC",
     "candump": "tierod.io.readers.candump:FORMAT",
+    "can-csv": "tierod.io.readers.can_csv:FORMAT",
     "csv": "tierod.io.readers.csv:FORMAT",
 }
 
 _FALLBACK = "csv"
+_FRAMES_AS_TEXT = ("candump", "can-csv")  # formats of frames that also have the endings of the fallback
 
 
 def _obstacle(name: str, given: object) -> str:
@@ -113,7 +115,7 @@ def detect(path: Path) -> Kind:
     found = _recognised(path, head)
     promised = _promised(path)
     warning = ""
-    if promised and promised != found.name and (promised, found.name) != (_FALLBACK, "candump"):
+    if promised and promised != found.name and (promised != _FALLBACK or found.name not in _FRAMES_AS_TEXT):
         warning = (
             f"the ending {path.suffix} belongs to {promised}, but the content is {found.name} and was read as such"
         )

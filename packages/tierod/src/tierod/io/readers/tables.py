@@ -12,9 +12,20 @@ import numpy as np
 from tierod.core.arrow import calendar_seconds, floats, is_number, native_file
 from tierod.core.errors import InputError
 from tierod.core.recording import Channel
+from tierod.core.units import split_name
 from tierod.io.formats import description_in
 from tierod.io.readers.channel_map import GUESSED, TimeEntry
-from tierod.io.readers.clocks import Clock, find_clocks, require_plausible_rate, seconds, unit_of, unread_clock
+from tierod.io.readers.clocks import (
+    PACKED,
+    Clock,
+    OwnRates,
+    find_clocks,
+    is_packed,
+    require_plausible_rate,
+    seconds,
+    unit_of,
+    unread_clock,
+)
 from tierod.io.readers.content import Allowance
 from tierod.io.readers.source import Column, Format, Lane, Piece, Source, begins_with
 
@@ -44,7 +55,8 @@ class _Table:
                 notes = {_text(key).lower(): _text(value) for key, value in (item.metadata or {}).items()}
                 known = layout.get("channels", {}).get(item.name, {})
                 unit = known.get("unit", notes.get("unit", notes.get("units", "")))
-                self.columns[item.name] = Column(item.name, unit)
+                bare, inside = ("", "") if layout else split_name(item.name)
+                self.columns[item.name] = Column(item.name, unit or inside, bare)
         self.texts = tuple(name for name in schema.names if name not in self.columns)
         self.numbers = {name for name in self.columns if is_number(schema.field(name).type)}
         self._schema = schema
@@ -152,13 +164,18 @@ def open_parquet(path: Path, time: TimeEntry = GUESSED) -> Source:
         return next(file.iter_batches(HEAD, row_groups=[0], columns=names), None)
 
     table = _table(path, "Parquet", file.schema_arrow, layout, time, first)
+    for clock, unit in table.units.items():
+        batches = _batches(path, file, [clock], BATCH) if not unit and clock in table.numbers else iter(())
+        table.units[clock] = PACKED if is_packed(floats(batch[clock]) for batch, _ in batches) else unit
 
     def lane(names: Sequence[str], number: int) -> Lane:
         needed = list(dict.fromkeys([*(table.clock_of[name] for name in names), *names]))
         opened = _opened(path, number)
         _refuse_large(path, opened, needed)
+        own_rates = OwnRates()
         for batch, share in _batches(path, opened, needed, max(BATCH // number, 1 << 10)):
-            yield Piece(table.channels(_without_padding(batch), names), share)
+            channels = table.channels(_without_padding(batch), names)
+            yield Piece(channels if layout else own_rates(channels), share)
 
     def lanes(names: Sequence[str]) -> list[Lane]:
         by_clock: dict[str, list[str]] = {}
@@ -264,7 +281,7 @@ def open_arrow(path: Path, time: TimeEntry = GUESSED) -> Source:
         return [lane(names)]
 
     def lane(names: Sequence[str]) -> Lane:
-        allowance, given = Allowance(path, path.stat().st_size), False
+        allowance, given, own_rates = Allowance(path, path.stat().st_size), False, OwnRates()
         _, batches = _guarded(path, "Arrow", lambda: _stream(path))
         while True:
             try:
@@ -279,7 +296,7 @@ def open_arrow(path: Path, time: TimeEntry = GUESSED) -> Source:
             allowance.take(8 * (len(names) + 1) * batch.num_rows)
             for begin in range(0, batch.num_rows, BATCH):
                 given = True
-                yield Piece(table.channels(batch.slice(begin, BATCH), names), 0.5)
+                yield Piece(own_rates(table.channels(batch.slice(begin, BATCH), names)), 0.5)
 
     return Source(table.used, lanes, {"format": "Arrow"}, 0.0, (), lambda: tuple(lost), texts=table.texts)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import struct
 import zlib
 from collections import Counter
 from collections.abc import Sequence
@@ -20,10 +21,11 @@ from tierod.io.readers.clocks import is_time, require_plausible_rate, unit_of
 from tierod.io.readers.clocks import seconds as to_seconds
 from tierod.io.readers.content import BLOCK, Allowance
 from tierod.io.readers.reader_process import ReaderProcess
-from tierod.io.readers.source import Column, Format, Lane, Piece, Source, begins_with
+from tierod.io.readers.source import Column, Format, Lane, Piece, Source
 
 PERIODS = ("Ts", "ts", "dt", "Dt", "SampleTime", "sample_time")  # names of a sampling interval
 SAMPLES = 1 << 16  # of a vector that are read at a time
+_LEVEL_4 = 20  # bytes of the header of a matrix of level 4
 _HEADER, _PACKED = 128, 15  # bytes before the first variable of MATLAB 5, type of a packed variable
 
 
@@ -176,7 +178,8 @@ def _refuse_large(path: Path) -> None:
     """Unpack every packed variable of a MATLAB 5 file without keeping it, to check the unpacked size."""
     allowance = Allowance(path, path.stat().st_size)
     with path.open("rb") as file:
-        file.seek(_HEADER)
+        if not file.read(_HEADER).startswith(b"MATLAB"):
+            return  # level 4 packs nothing
         while len(tag := file.read(8)) == 8:
             kind, size = np.frombuffer(tag, dtype="<u4").tolist()
             if kind != _PACKED:
@@ -195,9 +198,20 @@ def _is_hdf5(head: bytes, ending: str) -> bool:
     return head.startswith((b"\x89HDF\r\n\x1a\n", b"MATLAB 7.3")) or head[512:520] == b"\x89HDF\r\n\x1a\n"
 
 
+def _is_mat(head: bytes, ending: str) -> bool:
+    """Whether a file is of MATLAB 5, or of level 4: a matrix by its type, numbers of rows and columns, and name."""
+    if head.startswith(b"MATLAB 5.0") or ending != ".mat" or len(head) < _LEVEL_4:
+        return head.startswith(b"MATLAB 5.0")
+    for place, order in enumerate("<>"):
+        kind, rows, columns, imaginary, length = struct.unpack(f"{order}5i", head[:_LEVEL_4])
+        shape = min(rows, columns) >= 0 and imaginary in (0, 1) and 1 < length < 1 << 10
+        if shape and (kind // 1000, kind // 100 % 10) == (place, 0) and kind // 10 % 10 < 6 and kind % 10 < 3:
+            return True
+    return False
+
+
 MAT = Format(
-    "mat", "MATLAB 5 (.mat)", (".mat",), lambda content, time: open_mat(content.path, time), begins_with(b"MATLAB 5.0"),
-    whole=True,
+    "mat", "MATLAB 4, 5 (.mat)", (".mat",), lambda content, time: open_mat(content.path, time), _is_mat, whole=True,
 )  # fmt: skip
 HDF5 = Format(
     "hdf5", "MATLAB 7.3, HDF5 (.mat, .h5)", (".h5", ".hdf5"), lambda content, time: open_hdf5(content.path, time),

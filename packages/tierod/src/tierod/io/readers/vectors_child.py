@@ -29,7 +29,9 @@ class Reader:
     def answer(self, request: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
         if self._file is None:
             with open(self._path, "rb") as file:
-                self._file = (_Matlab if file.read(10) == b"MATLAB 5.0" else _Hdf5)(self._path)
+                head = file.read(520)
+            hdf5 = head.startswith((b"\x89HDF", b"MATLAB 7.3")) or head[512:516] == b"\x89HDF"
+            self._file = (_Hdf5 if hdf5 else _Matlab)(self._path)
             self._listing = self._file.listing()
         if "names" not in request:
             found = next(self._listing, None)
@@ -62,7 +64,14 @@ class _Matlab:
     def _list(self, path: str, value: Any, found: list[dict[str, Any]]) -> None:
         import numpy as np
 
-        if hasattr(value, "_fieldnames"):
+        timed = _timed_structure(path, value)
+        if timed:
+            for name, entry, unit in timed:
+                before = len(found)
+                self._list(name, entry, found)
+                for each in found[before:]:
+                    each["unit"] = unit
+        elif hasattr(value, "_fieldnames"):
             for name in value._fieldnames:
                 self._list(f"{path}/{name}", getattr(value, name), found)
         elif isinstance(value, np.ndarray) and value.dtype == object and value.ndim == 1:
@@ -83,6 +92,36 @@ class _Matlab:
         at, count = self._places[path]
         self._kept.seek(at + 8 * begin)
         return np.frombuffer(self._kept.read(8 * max(min(end, count) - begin, 0)), dtype="<f8")
+
+
+def _timed_structure(path: str, value: Any) -> list[tuple[str, Any, str]]:
+    """(path, vector, unit) of the signals and times of a structure that names its signals in fields; else empty.
+
+    Simulink: `time` beside one or several `signals` with `values` and `label`. ControlDesk: `X` beside several `Y`
+    with `Name`, `Data`, `Unit` and the number `XIndex` of their time.
+    """
+    fields = set(getattr(value, "_fieldnames", ()))
+    if {"time", "signals"} <= fields:
+        own = path.rsplit("/", 1)[-1]
+        named = [each for each in _structures(value.signals) if hasattr(each, "values")]
+        labels = [_text(getattr(each, "label", "")) for each in named]
+        names = [label or (own if len(named) == 1 else f"{own}{at}") for at, label in enumerate(labels)]
+        listed = [(f"{path}/{name}", each.values, "") for name, each in zip(names, named, strict=True)]
+        return [(f"{path}/time", value.time, ""), *listed]
+    if {"X", "Y"} <= fields:
+        times, signals = ([each for each in _structures(part) if hasattr(each, "Data")] for part in (value.X, value.Y))
+        made = [(f"{path}/X{at}/time", each.Data, "") for at, each in enumerate(times, 1)]
+        for number, signal in enumerate(signals, 1):
+            clock, name = getattr(signal, "XIndex", 1), _text(getattr(signal, "Name", "")) or f"Y{number}"
+            made.append((f"{path}/X{clock:.0f}/{name}", signal.Data, _text(getattr(signal, "Unit", ""))))
+        return made
+    return []
+
+
+def _structures(value: Any) -> list[Any]:
+    import numpy as np
+
+    return [each for each in np.atleast_1d(np.array(value, dtype=object)) if hasattr(each, "_fieldnames")]
 
 
 def _portions(variables: list[tuple[str, tuple[int, ...], str]]) -> list[list[str]]:
