@@ -14,7 +14,7 @@ import pytest
 
 import tierod
 import tierod_lab
-from contract.block_examples import BASES, EXAMPLES, PARTS, SET_UPS, WITHIN
+from contract.block_examples import BASES, EXAMPLES, PARTS, SET_UPS
 from tierod.core.block import leaves, rebuild, skeleton, tuning, units, with_tuning
 from tierod.core.graph import Stream, batch, scan, trace
 from tierod.core.graph.bank import BankGraph
@@ -29,10 +29,7 @@ STRICT = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wno-unknown-pragmas", "
 
 @pytest.fixture(scope="module", autouse=True)
 def compiled_in_a_moment():
-    """What is printed counts here; kernels as shipped, which compile six times as long, run in core/graph.
-
-    Every kernel is compiled without a warning, or the test that runs it fails.
-    """
+    """Every kernel is compiled quickly and without a warning, or the test that runs it fails."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("TIEROD_CFLAGS", " ".join(("-O0", *STRICT)))
         if compiler() is not None:
@@ -48,9 +45,9 @@ def compiled_in_a_moment():
 printed = lru_cache(maxsize=None)(print_c)  # C of a graph, printed once
 
 
-def blocks() -> list[type]:
+def blocks() -> set[type]:
     """Every block class of the package, plants and the set-ups of campaigns left out (they have tests of their own)."""
-    found = []
+    found = set()
     product, lab = (pkgutil.walk_packages(each.__path__, f"{each.__name__}.") for each in (tierod, tierod_lab))
     for info in (*product, *lab):
         if any(part in info.name for part in (".cli.", ".ground.", ".campaign.", "__main__")):
@@ -59,13 +56,15 @@ def blocks() -> list[type]:
         for name, member in vars(module).items():
             own = inspect.isclass(member) and member.__module__ == info.name and dataclasses.is_dataclass(member)
             if own and hasattr(member, "init") and hasattr(member, "step") and name not in BASES | PARTS | SET_UPS:
-                found.append(member)
+                found.add(member)
     return found
 
 
-def example(kind: type):
-    assert kind in EXAMPLES, f"add an example of {kind.__name__} to tests/contract/block_examples.py"
-    return EXAMPLES[kind]()
+def inner(value) -> set[type]:
+    if dataclasses.is_dataclass(value):
+        fields = [getattr(value, field.name) for field in dataclasses.fields(value)]
+        return {type(value)}.union(*map(inner, fields))
+    return {type(value)}.union(*map(inner, value)) if isinstance(value, tuple) else {type(value)}
 
 
 def samples_of(block) -> np.ndarray:
@@ -77,36 +76,14 @@ def samples_of(block) -> np.ndarray:
     return values
 
 
-KINDS = blocks()
-
-
-@pytest.fixture(scope="module", params=KINDS, ids=lambda kind: kind.__name__)
+@pytest.fixture(scope="module", params=EXAMPLES, ids=lambda kind: kind.__name__)
 def block(request):
-    return example(request.param)
+    return EXAMPLES[request.param]()
 
 
-@pytest.fixture(
-    scope="module",
-    params=[pytest.param(kind, marks=[pytest.mark.slow] if kind in WITHIN else []) for kind in KINDS],
-    ids=lambda kind: kind.__name__,
-)
-def whole(request):
-    """A block that no other example contains; the others are compiled with it."""
-    return example(request.param)
-
-
-def inner(value) -> set[type]:
-    if dataclasses.is_dataclass(value):
-        fields = [getattr(value, field.name) for field in dataclasses.fields(value)]
-        return {type(each) for each in fields}.union(*map(inner, fields))
-    return {type(each) for each in value}.union(*map(inner, value)) if isinstance(value, tuple) else set()
-
-
-@pytest.mark.parametrize(("part", "composite"), WITHIN.items(), ids=lambda kind: kind.__name__)
-def test_what_is_left_to_a_composite_block_is_part_of_it(part, composite):
-    assert composite not in WITHIN
-    there = {composite} | inner(example(composite))
-    assert part in there or inner(example(part)) <= there
+def test_every_block_has_an_example_or_is_part_of_one():
+    covered = set().union(*(inner(make()) for make in EXAMPLES.values()))
+    assert {kind.__name__ for kind in blocks() - covered} == set(), "add them to tests/contract/block_examples.py"
 
 
 def test_it_is_frozen_and_its_signals_are_named(block):
@@ -114,15 +91,11 @@ def test_it_is_frozen_and_its_signals_are_named(block):
         block.anything = 1.0
     names = [name for name, _ in leaves(skeleton(block.Sample))]
     assert len(names) == len(set(names)) == len(units(block.Sample))
-    assert all(
-        np.isfinite(value) or not np.isnan(value) for _, value in leaves(block.init()) if isinstance(value, float)
-    )
 
 
-def test_every_driver_gives_the_same_numbers(whole):
-    samples = samples_of(whole)
-    offline = scan(whole, samples)
-    live = Stream(whole)
+def test_every_driver_gives_the_same_numbers_and_a_run_can_be_cut(block):
+    samples = samples_of(block)
+    offline, live = scan(block, samples), Stream(block)
     pushed = np.empty_like(offline.values)
     for row, out in zip(samples, pushed, strict=True):
         live.inputs[:] = row
@@ -130,42 +103,36 @@ def test_every_driver_gives_the_same_numbers(whole):
         out[:] = live.outputs
     np.testing.assert_array_equal(pushed, offline.values)
     backwards = samples[::-1][:300]
-    alone = (offline.values, scan(whole, backwards).values)
-    for number, lane in enumerate(batch(whole, [samples, backwards] * 8)):
+    alone = (offline.values, scan(block, backwards).values)
+    for number, lane in enumerate(batch(block, [samples, backwards] * 8)):
         np.testing.assert_array_equal(lane.values, alone[number % 2])
+    first = scan(block, samples[:211])
+    np.testing.assert_array_equal(scan(block, samples[211:], first.state).values, offline.values[211:])
 
 
-def test_the_virtual_machine_agrees_with_compiled_code(whole):
-    samples = samples_of(whole)[:250]
-    interpreted = scan(whole, samples, engine="virtual machine")
-    np.testing.assert_allclose(interpreted.values, scan(whole, samples).values, rtol=1e-6, atol=1e-9)
-
-
-def test_plain_floats_agree_with_the_virtual_machine(block):
+def test_the_virtual_machine_and_plain_floats_agree_with_compiled_code(block):
+    samples = samples_of(block)[:250]
+    compiled = scan(block, samples).values
+    interpreted = scan(block, samples, engine="virtual machine").values
+    np.testing.assert_allclose(interpreted, compiled, rtol=1e-6, atol=1e-9)
     if trace(block).rings:
-        return  # plain floats need a driver that turns the delay lines: tests/graph/test_drivers.py
-    samples = samples_of(block)[:8]
+        return  # plain floats need a driver that turns the delay lines: tests/core/graph/test_drivers.py
     state, sample = block.init(), skeleton(block.Sample)
-    for row, expected in zip(samples, scan(block, samples, engine="virtual machine").values, strict=True):
+    for row, expected in zip(samples[:8], interpreted, strict=False):
         state, output = block.step(state, rebuild(sample, row.tolist()))
         np.testing.assert_allclose([value for _, value in leaves(output)], expected, rtol=1e-6, atol=1e-9)
 
 
-def engine_of(block) -> str:
-    return "virtual machine" if type(block) in WITHIN else "auto"
-
-
 def test_missing_samples_never_reach_the_state(block):
-    engine = engine_of(block)
     clean = np.nan_to_num(samples_of(block))
     holed = clean.copy()
     holed[100:130] = np.nan
     holed[200:260, 0] = np.nan
     holed[0:3] = np.inf
-    after = scan(block, holed, engine=engine).values[-100:]
-    assert (np.isfinite(after) | ~np.isfinite(scan(block, clean, engine=engine).values[-100:])).all()
-    nothing = scan(block, np.full_like(clean, np.nan), engine=engine)
-    assert np.isfinite(scan(block, clean, nothing.state, engine=engine).values[-1]).any()
+    after = scan(block, holed).values[-100:]
+    assert (np.isfinite(after) | ~np.isfinite(scan(block, clean).values[-100:])).all()
+    nothing = scan(block, np.full_like(clean, np.nan))
+    assert np.isfinite(scan(block, clean, nothing.state).values[-1]).any()
 
 
 def test_tuning_does_not_shape_the_graph(block):
@@ -173,28 +140,11 @@ def test_tuning_does_not_shape_the_graph(block):
     assert trace(other) is trace(block)
 
 
-def test_a_run_can_be_cut_anywhere(block):
-    samples, engine = samples_of(block), engine_of(block)
-    at_once, first = scan(block, samples, engine=engine), scan(block, samples[:211], engine=engine)
-    second = scan(block, samples[211:], first.state, engine=engine)
-    np.testing.assert_array_equal(np.vstack([first.values, second.values]), at_once.values)
-
-
 @pytest.mark.skipif(compiler() is None, reason="no C compiler")
-def test_its_c_is_clean_in_single_precision_and_in_lanes_with_tunings_of_their_own(whole):
-    graph = trace(whole)
+def test_its_c_is_clean_in_single_precision_and_in_lanes_with_tunings_of_their_own(block):
+    graph = trace(block)
     check = [*compiler(), *STRICT, "-fsyntax-only", "-x", "c", "-"]
     lanes = () if isinstance(graph, BankGraph) else ((print_lanes(graph, True),),)
     for source, *extra in ((printed(graph), "-DTIEROD_FLOAT32"), *lanes):
         run = subprocess.run([*check, *extra], input=source, capture_output=True, text=True, check=False)
         assert run.returncode == 0, run.stderr
-
-
-@pytest.mark.slow
-def test_compiled_as_shipped_it_gives_the_same_numbers(block, monkeypatch):
-    samples = samples_of(block)
-    at_once = scan(block, samples).values
-    _attempted.cache_clear()
-    monkeypatch.delenv("TIEROD_CFLAGS")
-    np.testing.assert_array_equal(scan(block, samples).values, at_once)
-    _attempted.cache_clear()

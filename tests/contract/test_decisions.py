@@ -7,7 +7,6 @@ import pytest
 
 from tierod.core.errors import ParameterError
 from tierod.methods.detectors import Cusum, GeometricAverage, HeldThreshold, LikelihoodRatio, SequentialTest
-from tierod.monitors.decision import OwnRule
 from tierod.monitors.registry import MONITORS
 from tierod.vehicles import load, shipped
 
@@ -65,20 +64,6 @@ def case(request, sessions):
     return MONITORS[monitor].variants[variant], sessions[request.param]
 
 
-def test_every_variant_declares_its_decisions(case):
-    variant, _ = case
-    assert variant.decisions
-    names = [decision.name for decision in variant.decisions]
-    assert len(set(names)) == len(names)
-    for decision in variant.decisions:
-        assert decision.distance
-        assert decision.source
-        assert decision.rule_in_words
-        # What is designed or counted has figures; what no fault-free part does may have none, and says so.
-        counted = decision.mean_time_between_false_alarms or decision.demonstrated
-        assert counted or (isinstance(decision.rule, OwnRule) and "nothing observed" in decision.false_alarms_in_words)
-
-
 def test_the_thresholds_in_effect_are_the_declared_ones(case):
     variant, session = case
     assert [each for decision in variant.decisions for each in decision.departures(session)] == []
@@ -90,27 +75,3 @@ def test_no_block_decides_without_being_declared(case):
     known = {id(part) for whole in declared for _, part in parts_of(whole)}
     bare = [".".join(path) for path, part in parts_of(session) if isinstance(part, DECIDING) and id(part) not in known]
     assert bare == []
-
-
-def test_a_designed_threshold_is_that_of_its_design(case):
-    variant, _ = case
-    for decision in variant.decisions:
-        if decision.design is not None and not isinstance(decision.rule, OwnRule):
-            wanted = decision.mean_time_between_false_alarms
-            spacing = decision.design.spacing / 3600.0 if decision.unit == "h" else 1.0
-            assert decision.design.run_length(decision.design.threshold) * spacing == pytest.approx(wanted, rel=1e-3)
-
-
-def test_a_threshold_that_was_changed_is_found(case):
-    variant, session = case
-    for decision in variant.decisions:
-        rule = decision.rule
-        if decision.part_of(session) is None:
-            continue
-        if isinstance(rule, OwnRule):
-            other = OwnRule(rule.stated, {name: 1.01 * value for name, value in rule.values.items()})
-        else:
-            name = next(n for n in ("threshold", "upper") if hasattr(rule, n))
-            room = {"ceiling": 2.0 * rule.ceiling} if hasattr(rule, "ceiling") else {}
-            other = dataclasses.replace(rule, **{name: 1.01 * getattr(rule, name)}, **room)
-        assert dataclasses.replace(decision, rule=other).departures(session)

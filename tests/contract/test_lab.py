@@ -6,9 +6,7 @@ import sys
 import pytest
 
 import tierod
-import tierod_lab.version
 from tierod.core.version import __version__
-from tierod.monitors.registry import MONITORS
 
 WITHOUT = """
 import importlib.metadata, sys
@@ -20,12 +18,6 @@ from tierod.cli import main
 sys.exit(main(sys.argv[1:]))
 """
 
-ABOUT = """
-from tierod.web.server import site_of
-from tierod.web.workbench import Workbench
-with Workbench(site_of((), cache=sys.argv[1])) as bench:
-    print(bench.about.results, bench.about.scenarios)
-"""
 
 OTHER = """
 import importlib.metadata, sys
@@ -39,10 +31,6 @@ sys.exit(main(sys.argv[1:]))
 def run(code, *arguments):
     done = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True)
     return done.returncode, done.stdout, done.stderr
-
-
-def test_both_have_one_version():
-    assert tierod_lab.version.__version__ == __version__
 
 
 @pytest.mark.parametrize("words", [["simulate"], ["campaign"], ["study", "--help"], ["scenarios"]])
@@ -64,11 +52,6 @@ def test_tierod_alone_lists_its_own_verbs_and_judges_its_demo(tmp_path):
     assert (tmp_path / "demo-friction.html").stat().st_size > 100_000
 
 
-def test_the_page_of_tierod_alone_offers_neither_a_virtual_fleet_nor_scenarios(tmp_path):
-    code, printed, said = run(WITHOUT.rpartition("from")[0] + ABOUT, str(tmp_path))
-    assert (code, printed) == (0, "[] False\n"), said
-
-
 def test_a_variant_of_a_paper_names_the_package(tmp_path):
     tierod.write(tierod.simulate("hands-off", seconds=5.0).recording, tmp_path / "drive.parquet")
     command = ["diagnose", str(tmp_path / "drive.parquet"), "--vehicle", "midsize-eps", "--monitor", "friction"]
@@ -83,12 +66,6 @@ def test_a_lab_of_another_version_is_named():
     assert f"is installed in version {__version__}; pip install tierod-lab==99.0" in said
     code, printed, said = run(OTHER, "--help")
     assert (code, "simulate" in printed, said) == (0, False, "")
-
-
-def test_the_lab_adds_variants_of_its_papers():
-    known = MONITORS["condition"].variants
-    assert list(known) == ["bank", "rules", "rules-discriminating", "rules-printed"]
-    assert all(each.decisions for each in known.values())
 
 
 def test_the_lab_adds_names_to_the_package():

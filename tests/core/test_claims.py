@@ -4,10 +4,8 @@ from importlib.resources import files
 
 import jsonschema
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from tierod.core.claims import Claim, Goal, Outcome, at_least, at_most, between, claims_document, counted, exactly
+from tierod.core.claims import Claim, Goal, Outcome, at_most, between, claims_document, counted, exactly
 from tierod.core.errors import ParameterError
 
 SCHEMA = json.loads(files("tierod.core").joinpath("claims.schema.json").read_text(encoding="utf-8"))
@@ -21,9 +19,7 @@ def claim(name="paper.bias", measured: float | None = 0.2, goal=at_most(0.3), pr
     ("goal", "inside", "outside", "text"),
     [
         (at_most(0.3), (0.3, -5.0), (0.31, math.inf), "<= 0.3"),
-        (at_least(0.999), (0.999, 1.0), (0.9989,), ">= 0.999"),
         (between(1.5, 2.2), (1.5, 2.2), (1.49, 2.21), "1.5 to 2.2"),
-        (between(-2.0, -0.5), (-1.0,), (0.0,), "-2 to -0.5"),
         (exactly(0.0), (0.0,), (1.0, -1.0), "= 0"),
     ],
 )
@@ -38,30 +34,6 @@ def test_a_goal_holds_within_its_ends_and_reads_back(goal, inside, outside, text
 def test_what_is_no_goal_is_refused(text):
     with pytest.raises(ParameterError, match="goal"):
         Goal.read(text)
-
-
-def test_a_goal_without_ends_is_none():
-    with pytest.raises(ParameterError, match="is not a range"):
-        Goal()
-
-
-@given(measured=st.floats(allow_nan=True, allow_infinity=True), limit=st.integers(-1000, 1000))
-def test_whether_a_claim_is_met_follows_from_its_row(measured, limit):
-    row = claim(measured=measured, goal=at_most(limit)).row()
-    if math.isfinite(measured):
-        assert row["met"] is Goal.read(row["goal"]).holds(row["measured"])
-    else:
-        assert (row["measured"], row["met"]) == (None, False)
-
-
-def test_nothing_is_said_without_a_goal_or_a_measurement():
-    assert claim(goal=None).met is None
-    assert claim(measured=None).met is None
-
-
-def test_met_cannot_be_typed():
-    with pytest.raises(TypeError, match="met"):
-        Claim("paper.bias", "c", "s", None, 1.0, at_most(0.3), "", met=True)
 
 
 def test_the_document_keeps_to_its_schema():
@@ -92,32 +64,12 @@ def test_what_the_source_is_to_blame_for_is_no_shortfall_of_ours():
         missed(cause="")
 
 
-def test_a_cause_is_given_only_where_the_claim_does_not_hold():
-    assert missed().row()["cause"] == "P0 is not printed."
-    assert missed(measured=0.2).row()["cause"] == ""
-
-
 def test_outcomes_are_counted_in_a_line():
     every = [missed("a.a"), missed("a.b", irreproducible=False), missed("a.c", measured=0.2), claim("a.d", None)]
     assert counted(every) == "4 claims: 1 hold, 1 do not, 1 of the source do not come out, 1 not measured"
     assert counted([*every[2:], claim("a.e", goal=None)]) == (
         "2 claims: 1 hold, 0 do not, 1 not measured; 1 figures of description"
     )
-
-
-def test_a_figure_without_a_goal_only_describes():
-    assert claim(goal=None).describes
-    assert not claim(measured=None).describes
-
-
-def test_what_is_derived_is_not_what_is_printed():
-    row = Claim("paper.gain", "c", "eq (3)", None, 1.0, at_most(2.0), derived=1.5).row()
-    assert (row["printed"], row["derived"]) == (None, 1.5)
-
-
-def test_two_claims_of_one_name_are_refused():
-    with pytest.raises(ParameterError, match="two claims are named 'paper.bias'"):
-        claims_document([claim(), claim()])
 
 
 @pytest.mark.parametrize("name", ["bias", "Paper.bias", "paper.", "paper.two words"])

@@ -60,17 +60,6 @@ def test_what_was_judged_in_part_only_is_not_healthy_and_an_alarm_stays():
         assert assemble("Angle", Verdict("any", status), [lost]).status is expected
 
 
-def test_without_a_fact_the_headline_gives_value_and_time():
-    worn = Fact("worn", "friction rose to {estimate}", action="inspect the gear")
-    found = assemble("Friction", Verdict("friction", Status.FAULT, (worn,), FRICTION, 120.4, details=("{estimate}",)))
-    assert found.headline == "Friction: fault, 8.1 ± 0.7 N·m since 120 s"
-    assert (found.cause, found.action, found.details) == (
-        "friction rose to 8.1 ± 0.7 N·m",
-        "inspect the gear",
-        ("8.1 ± 0.7 N·m",),
-    )
-
-
 def test_an_alarm_that_is_doubted_keeps_its_own_cause_and_says_what_it_was():
     worn = Fact("worn", "friction rose", action="inspect the gear")
     late = defect(("yaw_rate",), "yaw_rate is late, by 0.2 s")
@@ -88,12 +77,6 @@ def test_a_quiet_verdict_that_is_taken_back_keeps_neither_cause_nor_remedy():
     found = assemble("Friction", Verdict("friction", Status.HEALTHY, (low,), FRICTION), [lost])
     assert (found.cause, found.action) == ("the speed is missing", "repair it")
     assert assemble("Friction", Verdict("friction", Status.HEALTHY, (low,))).action == "none; store the level"
-
-
-def test_of_two_doubts_about_a_signal_the_first_found_is_named():
-    own, late = defect(("torque",), "torque has half the gain"), defect(("torque",), "torque is late")
-    found = assemble("Friction", Verdict("friction", Status.HEALTHY, facts=(own,)), [late])
-    assert (found.cause, found.warnings) == ("torque is late", ())
 
 
 def test_a_warning_adds_its_remedy_unless_the_cause_names_its_signal():

@@ -1,11 +1,25 @@
+"""Files are whole or absent, one process writes at a time, and text of users is read through one door."""
+
+from __future__ import annotations
+
 import errno
 import os
+import socket
 import stat
+import subprocess
+import sys
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import pytest
 
-from tierod.core.errors import OutputError
-from tierod.core.files import replacing, require_folder, write_text
+import tierod
+from tierod.core.errors import InputError, OutputError, ParameterError
+from tierod.core.files import replacing, write_text
+from tierod.core.processes import THREADS, alone, interpreter, safe_path
+from tierod.core.user_files import MOST_BYTES, MOST_DEPTH, json_document, read_bytes, read_text, toml
 
 
 def half_write(target, error):
@@ -20,12 +34,6 @@ def test_writes_and_replaces(tmp_path):
     write_text(target, "näw")
     assert target.read_text(encoding="utf-8") == "näw"
     assert [path.name for path in tmp_path.iterdir()] == ["out.txt"]
-
-
-def test_gives_the_rights_of_any_new_file(tmp_path):
-    write_text(tmp_path / "ours", "")
-    (tmp_path / "theirs").write_text("")
-    assert stat.S_IMODE((tmp_path / "ours").stat().st_mode) == stat.S_IMODE((tmp_path / "theirs").stat().st_mode)
 
 
 @pytest.mark.parametrize(
@@ -47,16 +55,6 @@ def test_leaves_nothing_when_interrupted(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_a_folder_is_no_target(tmp_path):
-    with pytest.raises(OutputError, match="name a file, not a folder"):
-        write_text(tmp_path, "text")
-
-
-def test_an_absent_folder_is_named(tmp_path):
-    with pytest.raises(OutputError, match="create the folder first"):
-        write_text(tmp_path / "absent" / "out.txt", "text")
-
-
 def test_a_pipe_is_never_replaced(tmp_path):
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
@@ -75,12 +73,6 @@ def test_a_link_stays_and_its_file_is_replaced(tmp_path):
     assert real.read_text() == "new"
 
 
-def test_a_missing_folder_is_reported_of_beforehand(tmp_path):
-    with pytest.raises(OutputError, match="there is no folder .*absent; create the folder first"):
-        require_folder(tmp_path / "absent" / "page.html")
-    require_folder(tmp_path / "page.html")
-
-
 def test_what_a_killed_process_left_goes_after_an_hour_and_nothing_else(tmp_path):
     names = {".out.0123456789ab.txt": True, ".out.0123456789ab.html": False, ".outer.0123456789ab.txt": False,
              ".out.txt": False, ".out.0123456789abc.txt": False}  # fmt: skip
@@ -92,3 +84,183 @@ def test_what_a_killed_process_left_goes_after_an_hour_and_nothing_else(tmp_path
     gone = {name for name in names if not (tmp_path / name).exists()}
     assert gone == {name for name, ours in names.items() if ours}
     assert (tmp_path / ".out.ba9876543210.txt").exists()
+
+
+def test_one_at_a_time_and_whoever_waits_gets_its_turn(tmp_path):
+    order = []
+
+    def second():
+        with alone(tmp_path) as held:
+            order.append(("second", held))
+
+    with alone(tmp_path) as held:
+        waiting = threading.Thread(target=second)
+        waiting.start()
+        with pytest.raises(TimeoutError, match="another process holds"), alone(tmp_path, patience=0.05):
+            pass
+        order.append(("first", held))
+    waiting.join()
+    assert order == [("first", True), ("second", True)]
+
+
+def test_the_lock_ends_with_its_process(tmp_path):
+    code = (
+        "import os, pathlib, sys; from tierod.core.processes import alone\n"
+        "with alone(pathlib.Path(sys.argv[1])): os._exit(9)"
+    )
+    assert subprocess.run([sys.executable, "-c", code, tmp_path], check=False).returncode == 9
+    with alone(tmp_path, patience=0.0) as held:
+        assert held
+
+
+PLANTED = ("tierod", "numpy", "json", "multiprocessing", "encodings", "typing", "can", "pyarrow", "fmpy", "ziglang")
+
+
+@pytest.fixture
+def planted(tmp_path):
+    """A folder of files that have the names of modules and leave a trace when they are imported."""
+    for name in PLANTED:
+        (tmp_path / f"{name}.py").write_text(f"open('imported', 'a').write('{name} ')\n")
+    return tmp_path
+
+
+def ran(words, folder):
+    done = subprocess.run(words, cwd=folder, capture_output=True, text=True, timeout=120, check=False)
+    assert not (folder / "imported").exists(), (folder / "imported").read_text()
+    return done
+
+
+def test_a_child_interpreter_finds_the_package(planted):
+    done = ran([*interpreter("-m", "tierod"), "--version"], planted)
+    assert done.stdout == f"tierod {tierod.__version__}\n"
+
+
+POOL = """
+from tierod.work.pool import Executor
+if __name__ == "__main__":
+    with Executor(1) as pool:
+        print(list(pool.run(abs, [-3])))
+"""
+
+
+def test_workers_of_a_pool_do_not_import_from_the_working_folder(planted, tmp_path_factory):
+    script = tmp_path_factory.mktemp("scripts") / "pool.py"
+    script.write_text(POOL)
+    done = ran([sys.executable, str(script)], planted)
+    assert done.stdout == "[(0, 3)]\n", done.stderr
+
+
+def test_threads_that_start_processes_at_once_keep_it_and_leave_the_environment_as_it_was(monkeypatch):
+    monkeypatch.delenv("PYTHONSAFEPATH", raising=False)
+
+    def started(seconds):
+        time.sleep(seconds)
+        with safe_path():
+            time.sleep(0.05)
+            return os.environ.get("PYTHONSAFEPATH")
+
+    with ThreadPoolExecutor(2) as threads:
+        assert list(threads.map(started, (0.0, 0.02))) == ["1", "1"]
+    assert "PYTHONSAFEPATH" not in os.environ
+
+
+def test_every_command_line_of_an_interpreter_is_made_in_one_place():
+    root = Path(tierod.__file__).parent
+    naming = {str(path.relative_to(root)) for path in root.rglob("*.py") if "sys.executable" in path.read_text("utf-8")}
+    # The addon of cppcheck is a script: the folder of a script is searched in place of the working folder.
+    assert naming == {"core/processes.py", "export/evidence/checks.py"}
+
+
+ASKED = "import os\nfrom tierod.cli import main\nmain(['monitors'])\nprint(os.environ['OPENBLAS_NUM_THREADS'])"
+
+
+@pytest.mark.parametrize(("chosen", "used"), [(None, "1"), ("3", "3")])
+def test_one_thread_unless_the_user_chose(monkeypatch, chosen, used):
+    for name in THREADS:
+        monkeypatch.delenv(name, raising=False)
+    if chosen:
+        monkeypatch.setenv("OPENBLAS_NUM_THREADS", chosen)
+    done = subprocess.run([sys.executable, "-c", ASKED], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == used
+
+
+def test_text_comes_with_the_line_ends_of_this_program_and_without_a_byte_order_mark(tmp_path):
+    file = tmp_path / "a.toml"
+    file.write_bytes(b'\xef\xbb\xbfa = 1\r\nb = "\xc2\xb0"\r\n')
+    assert read_text(file, "the file") == 'a = 1\nb = "°"\n'
+    assert read_text(file, "the file", keep_line_ends=True) == 'a = 1\r\nb = "°"\r\n'
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [(b"a = 1\n# caf\xe9", "not UTF-8 text in line 2"), ("a = 1".encode("utf-16"), "not UTF-8 text in line 1")],
+)
+def test_what_is_not_utf_8_is_refused_with_its_line(tmp_path, content, words):
+    (tmp_path / "a.toml").write_bytes(content)
+    with pytest.raises(ParameterError, match=f"the map .*a.toml cannot be read .*{words}.*; save it as UTF-8"):
+        read_text(tmp_path / "a.toml", "the map", ParameterError)
+
+
+def test_a_pipe_a_socket_a_device_and_a_folder_are_refused_before_they_are_opened(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    with socket.socket(socket.AF_UNIX) as bound:
+        bound.bind(str(tmp_path / "socket"))
+        for path, words in (
+            (tmp_path / "pipe", "a pipe"),
+            (tmp_path / "socket", "a socket"),
+            (Path("/dev/zero"), "a device"),
+            (tmp_path, "a folder"),
+            (tmp_path / "none", "no such file"),
+            (tmp_path / "a\0b", "null"),
+            (Path("~no-such-user-here/a"), "no such file"),
+        ):
+            with pytest.raises(InputError, match=f"the map .* cannot be read .*{words}.*; give another"):
+                read_bytes(path, "the map", cure="give another")
+
+
+def test_a_file_is_no_longer_than_allowed(tmp_path):
+    with (tmp_path / "large").open("wb") as file:
+        file.truncate(MOST_BYTES)
+    assert len(read_bytes(tmp_path / "large", "the map")) == MOST_BYTES
+    with (tmp_path / "large").open("wb") as file:
+        file.truncate(100 * MOST_BYTES)
+    with pytest.raises(InputError, match="the map .*large is longer than 1 MiB"):
+        read_bytes(tmp_path / "large", "the map")
+    with pytest.raises(InputError, match="longer than 10 bytes"):
+        read_bytes("/proc/self/status", "the map", most=10)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "a = " + 200_000 * "[",
+        "a" + 50_000 * ".a" + " = 1",
+        "[" + 50_000 * "a." + "a]",
+        "b = [{c = 1, " + 50_000 * "a." + "a = 1}]",
+        "\n".join(f"[{'.'.join(['a'] * depth)}]" for depth in range(1, MOST_DEPTH + 3)),
+    ],
+)
+def test_toml_is_not_nested_deeply(text):
+    with pytest.raises(ParameterError, match="here.toml.*more than 32 levels"):
+        toml(text, "here.toml", ParameterError)
+
+
+@pytest.mark.parametrize("text", ["a = " + 10_000 * "9", "a = 1 2", "a = \x1b", "a = 1\ra = 2"])
+def test_what_is_no_toml_is_refused(text):
+    with pytest.raises(InputError, match="here.toml is not valid TOML: .*; correct it there"):
+        toml(text, "here.toml")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (1000 * "[" + 1000 * "]", "more than 32 levels"),
+        ("{", "not JSON from line 1 on"),
+        (b"\xff", "not UTF-8"),
+        (r'{"a": "\ud800"}', "half of a character"),
+        (r'{"\uDC00": 1}', "half of a character"),
+    ],
+)
+def test_json_that_is_refused(text, words):
+    with pytest.raises(ValueError, match=words):
+        json_document(text)

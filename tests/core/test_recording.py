@@ -1,12 +1,20 @@
-"""Recordings: faults of channels are repaired or refused, slices and alignment keep gaps visible."""
+"""Recordings: faults of channels and time stamps are repaired or refused, tables of other libraries and back."""
+
+import dataclasses
+import importlib.util
 
 import numpy as np
+import pyarrow as pa
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tierod.core.errors import InputError
-from tierod.core.recording import Channel, Recording, checked, checked_together
+from tierod.core.errors import InputError, MissingExtra
+from tierod.core.findings import Diagnosis, Element, Estimate, Finding, Status
+from tierod.core.recording import Channel, Recording, checked
+from tierod.core.series import Stride
+from tierod.core.timestamps import LATE, order, paced
+from tierod.vehicles import load
 
 
 def channel(name="yaw_rate", time=(0.0, 1.0, 2.0), values=(1.0, 2.0, 3.0), unit="rad/s", **more) -> Channel:
@@ -17,53 +25,10 @@ def recording(*channels: Channel) -> Recording:
     return Recording({one.name: one for one in channels})
 
 
-def test_an_absent_channel_names_the_nearest():
-    with pytest.raises(InputError, match="no channel 'yaw_rte'; did you mean 'yaw_rate'"):
-        recording(channel())["yaw_rte"]
-
-
-def test_a_recording_without_samples():
-    with pytest.raises(InputError, match="holds no samples"):
-        _ = recording(channel(time=(), values=())).span
-
-
-def test_lengths_must_agree():
-    with pytest.raises(InputError, match="as many time stamps as values"):
-        checked(channel(time=(0.0, 1.0)))
-
-
 def test_infinite_values_become_missing_with_a_note():
     fit = checked(channel(values=(1.0, np.inf, 3.0), note="raw"))
     assert np.isnan(fit.values[1])
     assert fit.note == "raw; 1 infinite values taken as missing"
-
-
-def test_shared_stamps_stay_shared():
-    time = np.array([0.0, 0.02, 0.01])
-    a, b = checked_together([Channel("a", time, np.arange(3.0), ""), Channel("b", time, np.arange(3.0), "")])
-    assert a.time is b.time
-    assert b.values.tolist() == [0.0, 2.0, 1.0]
-
-
-def test_with_channels_adds_replaces_and_checks():
-    base = recording(channel())
-    more = base.with_channels([channel("vehicle_speed", unit="m/s"), channel(values=(0.0, 0.0, 0.0))])
-    assert more.names == ("yaw_rate", "vehicle_speed")
-    assert more["yaw_rate"].values.tolist() == [0.0, 0.0, 0.0]
-    assert base.names == ("yaw_rate",)
-    with pytest.raises(InputError, match="jumps back"):
-        base.with_channels([channel(time=(5.0, 0.0, 1.0))])
-
-
-def test_warnings_gather_without_repetition():
-    warned = recording(channel()).warned("a", "").warned("a", "b")
-    assert warned.warnings == ("a", "b")
-
-
-def test_slices_are_half_open():
-    part = recording(channel()).slice(0.0, 2.0)
-    assert part["yaw_rate"].time.tolist() == [0.0, 1.0]
-    assert recording(channel()).slice(1.0)["yaw_rate"].time.tolist() == [1.0, 2.0]
 
 
 @given(st.lists(st.floats(0.0, 100.0), min_size=1, max_size=30), st.floats(0.0, 100.0))
@@ -90,17 +55,6 @@ def test_alignment_leaves_gaps_and_absent_signals_missing():
     assert np.isfinite(aligned.values[~gap & (aligned.time < 1.08), 0]).all()
 
 
-def test_the_last_of_equal_stamps_counts():
-    aligned = recording(channel(time=(0.0, 1.0, 1.0), values=(1.0, 2.0, 3.0))).align(["yaw_rate"], 1.0, maximum_age=0.5)
-    assert aligned.values[:, 0].tolist() == [1.0, 3.0]
-
-
-@pytest.mark.parametrize(("rate", "age"), [(0.0, 0.1), (-1.0, 0.1), (float("nan"), 0.1), (100.0, 0.0)])
-def test_alignment_needs_positive_figures(rate, age):
-    with pytest.raises(InputError, match="positive rate and maximum age"):
-        recording(channel()).align(["yaw_rate"], rate, maximum_age=age)
-
-
 def test_a_grid_over_a_clock_that_was_set_is_refused():
     time = np.array([0.0, 1.0, 1.7e9])
     with pytest.raises(InputError, match="from 0 s to 1.7e\\+09 s is too long: does a clock jump ahead"):
@@ -113,21 +67,6 @@ def test_a_grid_follows_the_samples_not_the_span():
     assert len(slow.align(["a"], 40.0).time) == 3_999_601
     with pytest.raises(InputError, match="from 0 s to 99990 s is too long.*count milliseconds"):
         slow.align(["a"], 50.0)
-
-
-@pytest.mark.parametrize("method", ["hold", "linear"])
-def test_stamps_that_channels_share_give_the_same_as_stamps_of_their_own(method):
-    chance = np.random.default_rng(3)
-    time = np.cumsum(chance.choice([0.01, 0.02, 0.5], 300))
-    one, other = (channel(name, time, chance.normal(size=300)) for name in ("yaw_rate", "vehicle_speed"))
-    shared = recording(*(Channel(each.name, one.time, each.values, each.unit) for each in (one, other)))
-    own = recording(one, channel(other.name, time, other.values))
-    for of in (lambda each: each, lambda each: each.slice(1.0, 6.0)):
-        first, second = (of(each).align(("yaw_rate", "vehicle_speed"), 77.0, method) for each in (shared, own))
-        np.testing.assert_array_equal(first.values, second.values)
-        assert np.isnan(first.values).any()
-    sliced = shared.slice(1.0, 6.0)
-    assert sliced["yaw_rate"].time is sliced["vehicle_speed"].time
 
 
 @given(
@@ -151,3 +90,172 @@ def test_regular_clocks_align_as_a_search_for_every_time_does(rate, grid_rate, s
         held = len(before) and at - time[before[-1]] <= 0.1 + 1e-6
         assert found == values[before[-1]] if held else np.isnan(found)
     assert aligned.there["yaw_rate"].tolist() == np.isfinite(aligned.values[:, 0]).tolist()
+
+
+def test_stamps_that_are_no_numbers_are_dropped():
+    put = order(np.array([0.0, np.nan, 1.0, np.inf, 2.0]), "x")
+    assert put.time.tolist() == [0.0, 1.0, 2.0]
+    assert put(np.arange(5)).tolist() == [0, 2, 4]
+    assert put.notes == ("2 samples without a time stamp left out",)
+
+
+def test_late_samples_are_sorted():
+    put = order(np.array([0.0, 0.02, 0.01, 0.03]), "x")
+    assert put.time.tolist() == [0.0, 0.01, 0.02, 0.03]
+    assert put(np.arange(4)).tolist() == [0, 2, 1, 3]
+    assert "1 samples that arrived late" in put.notes[0]
+    assert put.behind == pytest.approx(0.01)
+
+
+def test_a_clock_set_back_is_refused():
+    with pytest.raises(
+        InputError,
+        match=r"time of x jumps back from 5\.0+ s to 1\.0+ s at sample 3; .*cut the.*if a counter rolled over",
+    ):
+        order(np.array([0.0, 5.0, 1.0, 2.0]), "x")
+
+
+def test_a_clock_that_stands_still_is_refused():
+    with pytest.raises(InputError, match="stands still at 3 s for all 4 samples"):
+        order(np.full(4, 3.0), "x")
+
+
+def test_equal_stamps_are_kept_and_said():
+    put = order(np.array([0.0, 1.0, 1.0, 1.0, 2.0]), "x")
+    assert len(put.time) == 5
+    assert "2 equal time stamps (the clock stands at 1 s for 3 samples)" in put.notes[0]
+
+
+@given(st.lists(st.floats(0.0, LATE / 2), min_size=2, max_size=50))
+def test_disorder_within_the_limit_always_ends_in_order(offsets):
+    time = 0.1 * np.arange(len(offsets)) + np.array(offsets)
+    if len(np.unique(time)) < 2:
+        return
+    put = order(time, "x")
+    assert (np.diff(put.time) >= 0.0).all()
+    assert sorted(put(np.arange(len(time))).tolist()) == list(range(len(time)))
+
+
+def test_lost_samples_stay_a_gap():
+    sent = np.concatenate((0.01 * np.arange(300), 5.0 + 0.01 * np.arange(300)))
+    delivered = 0.03 * np.ceil(sent / 0.03 - 1e-9)
+    steps = np.diff(paced(delivered, 0.01))
+    assert steps.max() > 1.9
+    assert np.median(steps) == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize("drift", [-2e-4, 2e-4])
+def test_a_drifting_clock_is_followed(drift):
+    sent = 0.01 * (1.0 + drift) * np.arange(20000)
+    polls = np.cumsum(np.random.default_rng(3).uniform(0.005, 0.035, 20000))
+    delivered = polls[np.searchsorted(polls, sent)]
+    assert np.abs(delivered - sent).max() > 0.03
+    assert np.abs(paced(delivered, 0.01) - sent)[:19800].max() < 0.004
+
+
+@given(st.integers(1, 9), st.lists(st.integers(0, 25), max_size=12))
+def test_pieces_give_what_the_whole_gives(step, lengths):
+    stride, taken, begin = Stride(step), [], 0
+    for length in lengths:
+        taken += np.arange(begin, begin + length)[stride.over(length)].tolist()
+        begin += length
+    assert taken == list(range(0, begin, step))
+
+
+def table():
+    fast, slow = np.arange(20) / 100.0, np.array([0.0, 0.045, 0.1, 0.1])
+    values = np.sin(fast)
+    values[3] = np.nan
+    return Recording({}).with_channels(
+        [
+            Channel("yaw_rate", fast, values, "rad/s", "ESP.YawRate", "sign turned"),
+            Channel("driver_torque", fast, 2.0 * values, "N*m"),
+            Channel("vehicle_speed", slow, np.array([10.0, np.nan, 11.0, 12.0]), "m/s"),
+        ]
+    )
+
+
+def same(found, wanted, missing=True, about=True):
+    assert found.names == wanted.names
+    for name, channel in wanted.channels.items():
+        kept = np.ones(len(channel.time), bool) if missing else np.isfinite(channel.values)
+        np.testing.assert_array_equal(found[name].time, channel.time[kept])
+        np.testing.assert_array_equal(found[name].values, channel.values[kept])
+        if about:
+            assert dataclasses.replace(found[name], time=0, values=0) == dataclasses.replace(channel, time=0, values=0)
+
+
+def test_arrow_and_back_keeps_everything():
+    whole = table().to_arrow()
+    assert whole.column_names == ["time", "yaw_rate", "driver_torque", "vehicle_speed"]
+    assert whole["vehicle_speed"].null_count == len(whole) - 4
+    found = Recording.from_arrow(whole)
+    same(found, table())
+    assert found["yaw_rate"].time is found["driver_torque"].time
+
+
+def test_pandas_and_back():
+    whole = table()
+    frame = whole.to_pandas()
+    assert frame.index.name == "time"
+    same(Recording.from_pandas(frame), whole, missing=False)
+    alike = Recording({name: whole[name] for name in ("yaw_rate", "driver_torque")})
+    same(Recording.from_pandas(alike.to_pandas()), alike)
+
+
+@pytest.mark.parametrize(
+    ("table", "sentence"),
+    [
+        (pa.table({"tim": [0.0], "a": [1.0]}), "no column 'time'; did you mean 'tim'"),
+        (pa.table({"time": [0.0], "a": ["x"]}), "the column 'a' is of the type string; expected numbers"),
+        ([1, 2], "has no Arrow interface"),
+    ],
+)
+def test_what_is_no_recording_is_refused(table, sentence):
+    with pytest.raises(InputError, match=sentence):
+        Recording.from_arrow(table)
+
+
+@pytest.mark.parametrize("name", ["pandas"])
+def test_without_the_library_a_sentence_names_it(name, monkeypatch):
+    load_module = importlib.import_module
+
+    def without(module, *more):
+        if module == name:
+            raise ImportError(name)
+        return load_module(module, *more)
+
+    monkeypatch.setattr(importlib, "import_module", without)
+    with pytest.raises(MissingExtra, match=rf"'{name}'.*pip install 'tierod\[frames\]'"):
+        getattr(table(), f"to_{name}")()
+
+
+@pytest.mark.parametrize("name", ["polars", "xarray"])
+def test_other_libraries_and_back(name):
+    if importlib.util.find_spec(name) is None:
+        pytest.skip(f"{name} is not installed")
+    frame = getattr(table(), f"to_{name}")()
+    found = getattr(Recording, f"from_{name}")(frame)
+    same(found, table(), missing=name == "polars", about=name == "xarray")
+
+
+SIZE = Estimate("friction torque", 8.1, 0.25, "N*m")
+FINDING = Finding("friction", Status.FAULT, "Friction is <high>.", 12.5, SIZE, cause="dry joint", action="grease it")
+
+
+@pytest.mark.parametrize(
+    ("shown", "words"),
+    [
+        (table(), ["3 channels", "yaw_rate", "vehicle_speed", "samples"]),
+        (FINDING, ["friction: fault", "8.1 N·m", "± 0.25", "dry joint", "grease it", "since 12.5 s"]),
+        (Diagnosis((FINDING,), (Element("yaw_rate", "sensor", Status.HEALTHY),)), ["fault", "yaw_rate", "healthy"]),
+        (load("midsize-eps"), ["Vehicle midsize-eps", "mass", "kg", "... and"]),
+    ],
+)
+def test_an_object_shows_one_screen(shown, words):
+    text, page = repr(shown), shown._repr_html_()
+    assert text.count("\n") < 40
+    for word in words:
+        assert word in text
+        assert word in page
+    assert "<high>" not in page

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from exported_c import exported, needs_gcc, reference, rounded, run, worst_share
-from tierod.core.errors import OutputError, ParameterError
-from tierod.export.c_export import write_folder
+from tierod.core.errors import ParameterError
 from tierod.export.subject import subject_of, subject_of_block
 from tierod.export.vectors import random_inputs
 from watched_torque import Watch
@@ -134,26 +133,8 @@ def test_what_an_ecu_forbids_is_not_there(friction, tmp_path):
     assert max(body.count(";") for body in bodies) <= 200
 
 
-def test_the_parameters_follow_the_vehicle_and_are_hashed(friction, tmp_path):
-    exported(friction, tmp_path)
-    text = (tmp_path / "tierod_friction_parameters.c").read_text()
-    mass = dict(zip(friction.graph.tuning, friction.values, strict=True))["filter.parameters.mass"]
-    assert f".filter_parameters_mass = {mass!r}f," in text
-    assert f".hash = 0x{friction.digest:08x}UL" in text
-    other = subject_of_block("watch", Watch(limit=3.0), 100.0)
-    assert other.digest != subject_of_block("watch", Watch(), 100.0).digest
-
-
 def test_what_is_no_block_is_refused_in_a_sentence():
     with pytest.raises(ParameterError, match="judges a recording as a whole"):
         subject_of("hysteresis", "midsize-eps", "hoist")
     with pytest.raises(ParameterError, match="lacks motor_resistance"):
         subject_of("motor-angle", "midsize-eps")
-
-
-def test_a_folder_that_is_a_file_is_refused(tmp_path):
-    (tmp_path / "file").write_text("mine")
-    with pytest.raises(OutputError, match="there is a file of that name"):
-        write_folder({"a.c": ""}, tmp_path / "file")
-    with pytest.raises(OutputError, match="there is no folder"):
-        write_folder({"a.c": ""}, tmp_path / "none/below")

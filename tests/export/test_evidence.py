@@ -1,20 +1,15 @@
 import shutil
-from dataclasses import dataclass
-from typing import Annotated, NamedTuple
 
 import numpy as np
 import pytest
 
-from blocks_of_graph import Pair
 from exported_c import exported, needs_gcc, rounded
-from tierod.core.graph.maths import maximum
-from tierod.export.evidence import checks as tools
 from tierod.export.evidence.checks import FURTHER, SANITIZED, misra, of_monitor, sanitized
 from tierod.export.evidence.comparison import differences, table
 from tierod.export.evidence.coverage import Stepped, covered
 from tierod.export.evidence.targets import targets
-from tierod.export.subject import subject_of, subject_of_block
-from tierod.export.vectors import affordable, input_table, random_inputs, vectors_of
+from tierod.export.subject import subject_of_block
+from tierod.export.vectors import input_table, random_inputs, vectors_of
 from watched_torque import Watch
 
 needs_arm = pytest.mark.skipif(
@@ -22,27 +17,6 @@ needs_arm = pytest.mark.skipif(
     reason="no arm-none-eabi-gcc or qemu is installed",
 )
 needs_cppcheck = pytest.mark.skipif(shutil.which("cppcheck") is None, reason="no cppcheck is installed")
-
-
-class Root(NamedTuple):
-    """What the floor gives."""
-
-    value: float
-
-
-@dataclass(frozen=True)
-class Floor:
-    """A value that is never below zero."""
-
-    gain: Annotated[float, ""] = 2.0
-    Sample = Pair
-
-    def init(self):
-        return ()
-
-    def step(self, state, sample):
-        value = self.gain * sample.a + sample.b
-        return state, Root(maximum(value, 0.0))
 
 
 @pytest.fixture(scope="module")
@@ -120,26 +94,3 @@ def test_targets_agree_and_show_what_a_step_costs(watch, folder):
         assert "300 steps, 30 compared, 0 of 8 outputs" in rows[target, "vectors"]
     assert 20.0 < float(rows["Cortex-M7", "instructions of a step, mean over the vectors"]) < 2000.0
     assert 0 < int(rows["Cortex-M7", "stack of a step, painted"].split()[0]) < 4000
-
-
-def test_a_tool_that_hangs_is_ended(tmp_path):
-    assert tools.ran(["sleep", "9"], tmp_path, 0.2).text == "did not end within 0.2 s"
-    assert tools.ran(["no-such-tool"], tmp_path).code is None
-
-
-def test_a_long_step_is_run_over_fewer_samples(watch):
-    assert affordable(watch, 100_000) == 100_000
-    assert 1_000 <= affordable(subject_of("condition", "smartload"), 100_000) < 10_000
-
-
-@needs_gcc
-def test_a_branch_that_a_limit_at_zero_leaves_is_counted_as_one(tmp_path):
-    subject = subject_of_block("floor", Floor(), 100.0, "A floor")
-    inputs = np.ones((50, 2))
-    face = exported(subject, tmp_path, inputs=inputs)
-    (tmp_path / "build").mkdir()
-    export = of_monitor(face)._replace(runs=(("test/inputs.csv", "test/expected.csv"),))
-    _, left, *others = covered(export, tmp_path, Stepped(face.program, face.graph.state))
-    (reason,) = (each for each in dict(left.rows) if each.startswith("a limit at zero"))
-    assert dict(left.rows)[reason] == "1"
-    assert not others

@@ -4,7 +4,6 @@ import ctypes
 import re
 import subprocess
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
@@ -14,7 +13,6 @@ from tierod.cli import main
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.export.c_export import write_folder
-from tierod.export.evidence.page import memory_evidence
 from tierod.export.fault_memory.files import fault_memory_files
 
 pytestmark = needs_gcc
@@ -126,11 +124,6 @@ class Memory:
     def kept(self):
         frames = [bytes(memoryview(f).cast("B")) for e in self.whole.entries for f in (e.first, e.last)]
         return [(s[0], *s[3:]) for s in self.state()], frames, self.whole.cycles, self.whole.open, self.whole.overflowed
-
-
-@cache
-def shipped():
-    return fault_memory_files(load_trouble_codes())
 
 
 @pytest.fixture(scope="module")
@@ -254,25 +247,3 @@ def test_the_command_line_writes_what_make_compares_and_a_wrong_number_fails(tmp
     assert failed.returncode != 0
     assert " 1 different" in failed.stdout
     assert main(["export", "fmu", "fault-memory", "-o", str(tmp_path / "m.fmu"), "--vehicle", "midsize-eps"]) == 3
-
-
-def test_a_store_without_a_second_slot_is_found_by_the_comparison(tmp_path):
-    texts = dict(shipped())
-    texts["tierod_fault_memory.c"] = texts["tierod_fault_memory.c"].replace("(uint8_t)(1U - memory->slot)", "0U")
-    write_folder(texts, tmp_path)
-    failed = subprocess.run(["make", "-s", "-C", tmp_path], capture_output=True, text=True, check=False)
-    assert failed.returncode != 0
-    assert " 0 different" in failed.stdout
-    assert not failed.stdout.strip().endswith(" 0 broken")
-
-
-@pytest.mark.slow
-def test_the_evidence_names_every_build_and_what_is_absent(tmp_path, monkeypatch):
-    monkeypatch.setattr("tierod.export.evidence.page.COMPILERS", ("gcc", "no-such-compiler"))
-    monkeypatch.setattr("tierod.export.evidence.page.LEVELS", (("-O0",),))
-    monkeypatch.setattr("tierod.export.evidence.page.checks", lambda export, folder: [])
-    write_folder(shipped(), tmp_path)
-    rows = memory_evidence(tmp_path).document["tables"]["Comparisons"]
-    assert " 0 different, 0 refused" in rows[0][1]
-    assert rows[0][2] == "0"
-    assert rows[1][1] == "no-such-compiler is not installed"

@@ -1,13 +1,12 @@
 """A unit takes the place of our plant, with our driver and sensors; what is wrong with it is one sentence."""
 
-import pickle
 import zipfile
 
 import numpy as np
 import pytest
 
 from exported_c import needs_gcc
-from foreign_units import PLANT, Trolley, exported, of_python, without_binary
+from foreign_units import PLANT, Trolley, exported, without_binary
 from tierod.cli import main
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.toml import Document
@@ -80,23 +79,6 @@ def test_a_unit_that_fails_in_a_step_leaves_the_drive_up_to_there(folder, mixed)
     assert outcome.recording["truth_vehicle_speed"].time[-1] == pytest.approx(3.0, abs=0.011)
 
 
-def test_a_car_of_a_unit_goes_from_process_to_process(folder, mixed):
-    car = with_plant(mixed, Document.read(folder / "trolley.toml", "plant"))[0].car
-    assert pickle.loads(pickle.dumps(car)) == car
-
-
-def test_a_scenario_names_its_plant(folder):
-    text = 'name = "s"\ndescription = "d"\ncar = "midsize-eps"\ncourse = "mixed"\nseconds = 1\nplant = "PLANT"\n'
-    (folder / "s.toml").write_text(text.replace("PLANT", "trolley.toml"))
-    assert "vehicle_speed" in load(folder / "s.toml").run().recording
-    (folder / "s.toml").write_text(text.replace("PLANT", "none.toml"))
-    with pytest.raises(ParameterError, match=r"s.toml, line 6: .*none.toml"):
-        load(folder / "s.toml")
-    (folder / "s.toml").write_text(text.replace("PLANT", "trolley.fmu"))
-    with pytest.raises(ParameterError, match=r"line 6: 'trolley.fmu' is a unit, but 'plant' needs the plant file"):
-        load(folder / "s.toml")
-
-
 SLIPS = {
     "no such input": ("long_force =", "longforce =", "has no input 'longforce'; did you mean 'long_force'"),
     "no such output": ('"v_kmh"', '"v_kph"', "has no output 'v_kph'; did you mean 'v_kmh'"),
@@ -152,21 +134,6 @@ def test_what_is_no_unit_for_this_platform_is_one_sentence(folder, tmp_path, mix
         assert "\n" not in str(caught.value)
 
 
-def test_a_library_that_cannot_be_loaded_is_one_sentence(folder, tmp_path, mixed):
-    with zipfile.ZipFile(folder / "trolley.fmu") as given, zipfile.ZipFile(tmp_path / "trolley.fmu", "w") as made:
-        for name in given.namelist():
-            made.writestr(name, b"no library" if name.startswith("binaries") else given.read(name))
-    with pytest.raises(InputError, match=r"the unit trolley\.fmu does not begin: .*; export it anew") as caught:
-        driven(mixed, plant_of(tmp_path / "trolley.fmu", tmp_path))
-    assert "\n" not in str(caught.value)
-
-
-def test_variables_without_a_unit_of_measurement_are_named(folder, tmp_path, mixed):
-    bare = plant_of(edited(folder, tmp_path / "bare.fmu", ' unit="km/h"', ""), tmp_path)
-    assert any("no unit of measurement for v_kmh [m/s]" in each for each in with_plant(mixed, bare)[1])
-    assert not with_plant(mixed, Document.read(folder / "trolley.toml", "plant"))[1]
-
-
 def test_the_command_line_drives_a_unit_and_says_that_it_runs_native_code(folder, tmp_path, capsys):
     given = ["simulate", "mixed-drive-healthy", "--seconds", "20", "-o", str(tmp_path / "drive.parquet"), "--plant"]
     (folder / "turned.toml").write_text((folder / "trolley.toml").read_text().replace('deg_s", sign = -1', 'deg_s"'))
@@ -179,27 +146,3 @@ def test_the_command_line_drives_a_unit_and_says_that_it_runs_native_code(folder
     assert "leaves its path" not in shown.err
     assert main([*given, str(folder / "trolley.fmu")]) == 3
     assert "--plant takes the plant file (.toml)" in capsys.readouterr().err
-
-
-def test_a_unit_of_another_exporter_drives(tmp_path, mixed):
-    pytest.importorskip("pythonfmu", reason="pythonfmu is not installed")
-    content = {
-        "fmu": str(of_python(tmp_path)),
-        "start_speed": "v0",
-        "inputs": {
-            "SteeringWheelAngle_deg": {"signal": "steering_wheel_angle", "unit": "deg"},
-            "LongForce": "drive_force",
-        },
-        "outputs": {
-            "vehicle_speed": {"variable": "v_kmh", "unit": "km/h"},
-            "yaw_rate": "yawRate",
-            "lateral_speed": "vy",
-        },
-    }
-    outcome = driven(mixed, Document(content, "", tmp_path / "p.toml"))
-    assert (outcome.reason, outcome.diverged_at) == ("", None)
-    assert np.abs(outcome.recording["truth_lateral_offset"].values).max() < 0.5
-    failing = Document({**content, "values": {"fails_at": 2.0}}, "", tmp_path / "p.toml")
-    outcome = driven(mixed, failing)
-    assert outcome.diverged_at == pytest.approx(2.0, abs=0.01)
-    assert "fails in a step" in outcome.reason

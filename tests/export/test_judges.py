@@ -1,10 +1,6 @@
 """Judges of banks, drawn at random: in C equal to `scan` to the last bit, in functions of bounded length."""
 
-import os
-import subprocess
-import sys
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -155,32 +151,3 @@ def equal(folder, seed):
 @pytest.mark.parametrize("seed", range(3))
 def test_judges_equal_scan_to_the_last_bit_in_functions_of_bounded_length(tmp_path, seed):
     assert equal(tmp_path, seed) < 4 * LONGEST
-
-
-@pytest.mark.slow
-@needs_gcc
-@pytest.mark.parametrize("seed", range(100, 160))
-def test_many_judges_equal_scan_to_the_last_bit(tmp_path, seed):
-    equal(tmp_path, seed)
-
-
-@needs_gcc
-def test_the_text_of_a_bank_is_the_same_in_another_process(tmp_path):
-    texts = []
-    for seed in ("1", "2"):
-        code = (
-            "import sys; sys.path[:0] = sys.argv[1:]\n"
-            "from test_judges import random_bank\n"
-            "from tierod.export.c_export import interface_of, monitor_files\n"
-            "from tierod.export.interface import Options\n"
-            "from tierod.export.subject import subject_of_block\n"
-            "face = interface_of(subject_of_block('drawn', random_bank(3), 100.0), Options('double'))\n"
-            "print(''.join(monitor_files(face).values()))\n"
-        )
-        folders = [str(Path(__file__).parent), str(Path(__file__).parents[1])]
-        done = subprocess.run(
-            [sys.executable, "-c", code, *folders], capture_output=True, text=True, check=True,
-            env={**os.environ, "PYTHONHASHSEED": seed},
-        )  # fmt: skip
-        texts.append(done.stdout)
-    assert texts[0] == texts[1]

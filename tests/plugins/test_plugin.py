@@ -124,17 +124,6 @@ def test_vehicle_fault_and_scenario_stand_in_the_lists(installed, tmp_path):
     assert "driver_torque" in read(tmp_path / "drive.parquet").names
 
 
-def test_a_monitor_is_run_as_an_object(installed, tmp_path):
-    text = f"""{DRIVE}
-from tierod_wheel_imbalance.monitor import WHEEL_IMBALANCE
-found = [tierod.diagnose(drive, "balancing-car", monitor=each) for each in (
-    WHEEL_IMBALANCE, WHEEL_IMBALANCE.variants["demodulation"], "wheel-imbalance")]
-assert len({{each.findings[0].headline for each in found}}) == 1
-assert found[0].findings[0].status is tierod.Status.FAULT
-"""
-    python(tmp_path, text, installed)
-
-
 BROKEN = (
     ("import no_such_library", "cannot be imported (ModuleNotFoundError: No module"),
     ("", "cannot be imported (AttributeError"),
@@ -173,18 +162,6 @@ def test_broken_monitors_are_named_with_their_package_and_all_else_goes_on(tmp_p
         assert said.count("\n") == 1
     assert friction[0] == 0
     assert friction[2] == ""
-
-
-def test_a_session_that_lacks_a_part_is_named(tmp_path):
-    text = f"""{DRIVE}
-class Session:
-    signals, traces = ("vehicle_speed",), {{}}
-half = tierod.Variant("half", "", "", lambda *given: Session())
-monitor = tierod.Monitor("mine", "", "", "", ("vehicle_speed",), (), 100.0, 1.0, 0.1, {{"half": half}}, "half")
-tierod.diagnose(drive, "midsize-eps", monitor=monitor)
-"""
-    said = python(tmp_path, text, code=1)[1]
-    assert "the session of the monitor 'mine', variant 'half', lacks refuse, absorb, conclude" in said
 
 
 def test_two_packages_with_one_name(tmp_path):
@@ -226,35 +203,3 @@ def test_a_reader_that_fails_is_named(tmp_path, open_, recognises, code, sentenc
     )
     said = tierod(tmp_path, "inspect", "drive.odd", site=site, code=code)[1]
     assert sentence in said
-
-
-def test_usual_names_and_files_search_no_installed_package(tmp_path):
-    text = f"""{DRIVE}
-import sys
-tierod.write(drive, "drive.csv")
-before = set(sys.modules)
-tierod.read("drive.csv")
-from tierod.core import plugins
-from tierod.io.readers import READERS
-from tierod.io.writers import WRITERS
-from tierod.monitors.registry import MONITORS
-from tierod.vehicles import VEHICLES
-MONITORS.required("friction"), VEHICLES.find("midsize-eps")
-assert not any("_plugins" in vars(each) for each in (READERS, WRITERS, MONITORS, VEHICLES))
-"""
-    python(tmp_path, text)
-
-
-@pytest.mark.parametrize(
-    ("value", "sentence"),
-    [
-        ("lonely", "the vehicle 'lonely' of the package lonely-car 1.0 lacks its file"),
-        ("lonely:CAR", "names str where a package is expected, in whose folder lonely.toml lies"),
-    ],
-)
-def test_a_vehicle_without_its_file_is_named(tmp_path, value, sentence):
-    site = package(tmp_path / "site", "lonely-car", "tierod.vehicles", "lonely", value, "CAR = 'lonely.toml'")
-    said = tierod(tmp_path, "vehicles", "lonely", site=site, code=3)[1]
-    assert sentence in said
-    assert "pip uninstall lonely-car" in said
-    assert "midsize-eps" in tierod(tmp_path, "vehicles", site=site)[0]

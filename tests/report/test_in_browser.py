@@ -2,25 +2,21 @@
 
 import csv
 import io
-import json
 
 import numpy as np
 import pytest
 
 from browser import NARROW, WIDE, chromium, violations
 from diagnosis_examples import EXAMPLES, friction_fault
-from experiments.test_summary import gate, summary
-from report.test_study_page import CHART, CLAIMS
-from report.test_study_page import page as study
+from report.test_charts import CHART, CLAIMS
+from report.test_charts import page as study
 from tierod.core.content import Chart, Heading, Lines, Panel, Table
 from tierod.fleet.report import worked_out
 from tierod.fleet.report_page import render as fleet
 from tierod.fleet.schema import findings, ledger
 from tierod.fleet.trends import Design
 from tierod.report.diagnosis import render
-from tierod.report.html import UNFOLDED, Analysis, Origin, render_analysis
-from tierod_lab.campaign.report import render_campaign
-from tierod_lab.campaign.summary import document, text
+from tierod.report.html import Analysis, Origin, render_analysis
 from tierod_lab.studies.page import render_study
 
 
@@ -36,9 +32,6 @@ def many_charts():
 PAGES = {
     **{name: lambda name=name: render(EXAMPLES[name]()) for name in EXAMPLES},
     "study": lambda: render_study(study(*CLAIMS, Heading("Spread", ("Words.",)), CHART)),
-    "campaign": lambda: render_campaign(
-        json.loads(text(document(summary(gates=[gate("detection_worst_s", "<= 10")]), "tierod campaign")))
-    ),
     "analysis": lambda: render_analysis(many_charts(), [("vehicle", "midsize-eps")], Origin.now("tierod analyse")),
     "fleet": lambda: fleet(worked_out(findings().empty_table(), ledger().empty_table(), Design())),
 }
@@ -111,12 +104,6 @@ def test_a_key_moves_one_cursor_through_all_charts_over_time(opened):
     page.wait_for_function("[...document.querySelectorAll('.cursor')].every(line => line.hidden)")
 
 
-def test_a_chart_shows_the_part_that_another_is_zoomed_to(opened):
-    page = opened(render(friction_fault()))
-    page.evaluate("Plotly.relayout('chart-signals', {'xaxis.range': [10, 12]})")
-    page.wait_for_function("document.getElementById('chart-estimate-friction').layout.xaxis.range[0] === 10")
-
-
 def test_the_explanation_of_a_word_appears_on_focus_hover_and_touch(opened):
     page = opened(render(friction_fault()))
     term = page.locator("main a.term:visible", has_text="Mass").first
@@ -144,13 +131,3 @@ def test_the_data_of_a_chart_is_a_table_in_its_units(opened):
     assert {row["unit"] for row in speed} == {"km/h"}
     assert float(speed[0]["mean"]) == pytest.approx(72.0, rel=0.01)
     assert len(speed) == 2000
-
-
-def test_the_ninth_chart_is_drawn_when_its_fold_opens(opened):
-    page = opened(render_analysis(many_charts(), [], Origin.now()))
-    assert page.locator("figure:visible").count() == UNFOLDED
-    page.locator("summary", has_text="Chart 9").click()
-    page.wait_for_function("document.getElementById('chart-c9').data !== undefined")
-    assert page.locator("#chart-c9 svg").first.is_visible()
-    page.evaluate("window.dispatchEvent(new Event('beforeprint'))")
-    assert page.evaluate("document.getElementById('chart-c10').data !== undefined")

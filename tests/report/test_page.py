@@ -1,18 +1,29 @@
-import dataclasses
+"""A diagnosis as a page, as a document and in the terminal: the same words and figures, in usual units."""
 
+import dataclasses
+import io
+import json
+import math
+import re
+from pathlib import Path
+
+import jsonschema
 import numpy as np
 import pytest
+from rich.console import Console
 
+import tierod.report
 from diagnosis_examples import EXAMPLES, friction_fault, trace
 from report_pages import Page, charts, series
-from tierod.core.errors import OutputError
-from tierod.core.findings import Status
-from tierod.core.signals import SIGNALS
-from tierod.report import write_html
+from tierod.core.findings import Estimate
+from tierod.report import print_table, to_json
 from tierod.report.charts.over_time import signal_figure
 from tierod.report.diagnosis import render
-from tierod.report.display import words
-from tierod.report.html import breakable
+from tierod.report.display import duration, evidence, interval, number
+from tierod.report.document import SCHEMA, plain
+from tierod.report.gauge import gauge
+from tierod.report.glossary import explanation
+from tierod.report.html import TEMPLATES
 
 
 @pytest.fixture(scope="module")
@@ -94,37 +105,6 @@ def test_when_a_recording_began_is_printed_as_a_date(origin, printed):
     assert printed in text
 
 
-def test_a_long_name_of_a_source_breaks_at_its_separators_only(fault_page):
-    assert str(breakable("STEER_ANGLE.FRACTION <0.5>")) == "STEER_<wbr>ANGLE.<wbr>FRACTION &lt;0.5&gt;"
-    assert "CAN EPS_<wbr>1.<wbr>Angle" in fault_page
-
-
-def test_a_number_is_not_parted_from_its_unit():
-    diagnosis = friction_fault(bins=20)
-    finding = dataclasses.replace(diagnosis.findings[0], headline="Friction 12.4 ± 1 N·m, 30 % of 5 drives")
-    text = render(dataclasses.replace(diagnosis, findings=(finding,)))
-    visible = text.replace("\N{NO-BREAK SPACE}", "_")
-    assert "<h1>Friction 12.4_±_1_N·m, 30_% of 5 drives.</h1>" in visible
-
-
-def test_tuning_is_a_list_with_its_source_reported_once():
-    diagnosis = friction_fault(bins=20)
-    rows = tuple((f"gate.value_{index}", float(index), "s", None, "tuning of Monitor") for index in range(40))
-    text = render(dataclasses.replace(diagnosis, parameters=(*diagnosis.parameters, *rows)))
-    said = " ".join(" ".join(Page(text).texts).split())
-    assert "Tuning of the monitor (40 values)" in said
-    assert said.count("Tuning of Monitor") == 1
-    assert "Gate: value 39 39 s" in said
-
-
-def test_the_part_on_consistency_explains_no_band_where_there_is_none():
-    diagnosis = friction_fault(bins=20)
-    assert "below it underconfident" in render(diagnosis)
-    remarked = dataclasses.replace(diagnosis, remarks={"consistency": "Its variance is set wide."})
-    assert "below it underconfident" not in render(remarked)
-    assert "Its variance is set wide." in render(remarked)
-
-
 def test_a_gap_stays_a_gap(fault_page):
     drawn = signal_figure(friction_fault()).data
     yaw = next(mark for mark in drawn if mark.get("name") == "Yaw rate")
@@ -148,26 +128,6 @@ def test_names_cannot_break_out_of_the_page():
     assert charts(text)["loops"]["layout"]["annotations"][0]["text"].lower() == evil
 
 
-def test_merging_hides_no_peak():
-    time = np.arange(20_001) * 0.01
-    values = np.zeros(20_001)
-    values[12_345] = 77.0
-    text = render(
-        dataclasses.replace(
-            friction_fault(bins=30), traces={"driver_torque": trace("driver_torque", "N*m", time, values)}
-        )
-    )
-    assert series(text)["driver_torque"].upper.max() == pytest.approx(77.0)
-
-
-@pytest.mark.parametrize("status", Status)
-def test_every_status_is_reported_in_words_and_by_a_symbol(status):
-    finding = dataclasses.replace(friction_fault(bins=20).findings[0], status=status)
-    text = render(dataclasses.replace(friction_fault(bins=20), findings=(finding,), traces={}, loops={}, histograms={}))
-    assert f">{status}</a></span>" in text
-    assert status.symbol in text
-
-
 def test_an_all_missing_estimate_is_drawn_without_warnings():
     diagnosis = friction_fault(bins=50)
     nothing = np.full(50, np.nan)
@@ -177,22 +137,6 @@ def test_an_all_missing_estimate_is_drawn_without_warnings():
     }
     text = render(dataclasses.replace(diagnosis, traces=traces, loops={"none": (nothing, nothing)}, histograms={}))
     assert "no value in the whole recording" in text
-
-
-def test_a_page_that_cannot_be_written_says_so(tmp_path):
-    with pytest.raises(OutputError, match="create the folder first"):
-        write_html(EXAMPLES["nothing"](), tmp_path / "absent" / "report.html")
-
-
-def test_a_signal_that_was_not_recorded_gets_no_strip():
-    known = friction_fault()
-    missing = [name for name in known.traces if name in SIGNALS][-1]
-    empty = dict.fromkeys(("lower", "upper", "mean"), np.full(len(known.traces[missing].time), np.nan))
-    without = dataclasses.replace(
-        known, traces={**known.traces, missing: dataclasses.replace(known.traces[missing], **empty)}
-    )
-    assert words(missing) in signal_figure(known).alternative
-    assert words(missing) not in signal_figure(without).alternative
 
 
 def test_every_sensor_and_actuator_has_its_line_and_every_episode_too():
@@ -223,3 +167,240 @@ def test_the_page_ranks_uncertain_parameters_and_calls_an_estimate_by_its_word()
     assert text.index("Which parameters decide") < text.index("rear_distance</th>") < text.index("steering_ratio</th>")
     assert "Measure rear_distance first" in text
     assert "that of the class &#39;midsize&#39; is assumed" in text or "that of the class 'midsize' is assumed" in text
+
+
+SHIPPED = json.loads((Path(tierod.report.__file__).parent / "diagnosis.schema.json").read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+@pytest.mark.parametrize("series", [False, True])
+def test_every_document_keeps_to_the_shipped_schema(name, series):
+    document = json.loads(to_json(EXAMPLES[name](), series))
+    jsonschema.validate(document, SHIPPED, jsonschema.Draft202012Validator)
+    assert document["schema"] == SCHEMA
+    order = list(document)
+    assert order.index("status") < order.index("findings") < order.index("elements") < order.index("quality")
+    assert order[-1] == "recording", "of a simulation it holds every parameter of the plant"
+
+
+def test_what_cannot_be_said_is_null():
+    assert plain({"a": float("nan"), "b": (np.inf, 1)}) == {"a": None, "b": [None, 1]}
+    assert plain(np.array([1.0, np.nan])) == [1.0, None]
+    assert plain([np.int64(3), np.float32(0.5), np.bool_(True), Path("x"), None]) == [3, 0.5, True, "x", None]
+
+
+def test_the_decisive_finding_decides_status_and_exit_code():
+    document = json.loads(to_json(friction_fault()))
+    assert (document["status"], document["exit_code"]) == ("fault", 1)
+    assert document["findings"][0]["estimate"]["interval"] == pytest.approx([12.2144, 12.6456])
+    assert json.loads(to_json(EXAMPLES["nothing"]()))["exit_code"] == 2
+
+
+def test_series_are_whole():
+    diagnosis = friction_fault()
+    document = json.loads(to_json(diagnosis, series=True))
+    assert set(document["traces"]) == set(diagnosis.traces)
+    gap = np.isnan(diagnosis.traces["yaw_rate"].mean)
+    assert [value is None for value in document["traces"]["yaw_rate"]["mean"]] == gap.tolist()
+    assert len(document["histograms"]["0 to 15 min"]["edges"]) == 61
+
+
+def test_parameters_stand_by_how_far_they_move_the_result_and_an_estimate_has_its_word():
+    document = json.loads(to_json(EXAMPLES["estimated"]()))
+    assert [each["name"] for each in document["parameter_effects"]] == ["rear_distance", "steering_ratio"]
+    assert document["parameter_effects"][0]["effect"] == pytest.approx(0.0605)
+    assert document["findings"][0]["status"] == document["status"] == "estimated"
+    assert document["exit_code"] == 0
+
+
+def printed(name):
+    console = Console(file=io.StringIO(), width=200)
+    print_table(EXAMPLES[name](), console)
+    return console.file.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        (
+            "friction_fault",
+            [
+                "✕ FAULT",
+                "12.43 N·m  (95 %: 12.21 to 12.65)",
+                "fault level 7.5 N·m",
+                "21 min 50 s",
+                "Remarks on the data",
+            ],
+        ),
+        ("healthy", ["✓ HEALTHY", "as it should be"]),
+        ("not_identifiable", ["? NOT IDENTIFIABLE", "<lane keeping> was active", "what to do", "raw counts"]),
+        (
+            "several_elements",
+            [
+                "Sensors and actuators",
+                "✕ FAULT",
+                "outlier",
+                "positive offset",
+                "16.62 °/s (16.17 to 17.06)",
+                "angle and speed (0.008 rad/s)",
+                "C1A33-64",
+                "kind not known; not separable from steering motor 2",
+                "the recording has no tie_rod_force",
+            ],
+        ),
+        (
+            "estimated",
+            [
+                "≈ ESTIMATED",
+                "Which parameters decide",
+                "rear_distance",
+                "1.2 ± 0.3 m",
+                "+3.5 °",
+                "99 %",
+                "−0.11 °",
+                "Measure rear_distance first",
+                "that of the class 'midsize' is assumed",
+            ],
+        ),
+        ("nothing", ["? NOT AVAILABLE  no monitor ran"]),
+    ],
+)
+def test_says_what_was_found(name, expected):
+    text = printed(name)
+    for each in expected:
+        assert each in text
+
+
+def test_square_brackets_of_a_recording_are_no_markup():
+    assert "[/" not in printed("friction_fault")
+
+
+def test_what_a_finding_warns_of_is_not_repeated_under_the_remarks():
+    example = EXAMPLES["friction_fault"]()
+    row = next(row for row in example.quality if row.remarks)
+    warning = f"{row.name}: {row.remarks[0]}"
+    first, *rest = example.findings
+    warned = dataclasses.replace(first, warnings=(*first.warnings, warning))
+    console = Console(file=io.StringIO(), width=400)
+    print_table(dataclasses.replace(example, findings=(warned, *rest)), console)
+    assert console.file.getvalue().count(row.remarks[0]) == 1
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0, "0"),
+        (4.0, "4"),
+        (-0.0, "0"),
+        (0.00123456, "0.001235"),
+        (123456.0, "123500"),
+        (1e-7, "1.000e−07"),
+        (float("nan"), "–"),
+        (None, "–"),
+    ],
+)
+def test_numbers_keep_their_significant_digits(value, text):
+    assert number(value) == text
+
+
+@pytest.mark.parametrize(("seconds", "text"), [(0.0, "0 s"), (60.0, "1 min"), (1811.0, "30 min 11 s"), (None, "–")])
+def test_durations_read_like_a_clock(seconds, text):
+    assert duration(seconds) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "spread", "expected"),
+    [
+        (12.43, 0.11, ("12.43", "12.21", "12.65", "N·m")),
+        (-0.001, 1.0, ("0.0", "−2.0", "2.0", "N·m")),
+        (400.0, 100.0, ("400", "204", "596", "N·m")),
+        (4.0, math.nan, ("4.00", "–", "–", "N·m")),
+        (math.nan, 0.1, ("–", "–", "–", "N·m")),
+    ],
+)
+def test_an_estimate_is_rounded_by_its_own_uncertainty(value, spread, expected):
+    assert interval(Estimate("friction", value, spread, "N*m")) == expected
+
+
+def test_the_interval_of_a_root_mean_square_begins_at_zero():
+    assert interval(Estimate("torque of the driver's hands, rms", 0.007, 0.017, "N*m"))[:3] == (
+        "0.007",
+        "0.000",
+        "0.040",
+    )
+    assert interval(Estimate("torque", 0.007, 0.017, "N*m"))[1].startswith("−")
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "expected"),
+    [
+        ("enabled_seconds", 130.0, ("Enabled", "2 min 10 s")),
+        ("enabled_share", 0.364, ("Enabled share", "36 %")),
+        ("bias_nm", 0.5, ("Bias", "0.5 N·m")),
+        ("share", float("nan"), ("Share", "–")),
+    ],
+)
+def test_evidence_carries_its_unit_in_its_name(name, value, expected):
+    assert evidence(name, value) == expected
+
+
+def estimate(value=12.4, spread=0.1, **reference):
+    return Estimate("friction", value, spread, "N*m", reference)
+
+
+def test_marks_stand_where_their_values_are():
+    drawing = gauge(estimate(nominal=4.0, fault=8.0))
+    ticks = [float(x) for x in re.findall(r'<line x1="([\d.]+)"[^>]*stroke-width="2.5"', drawing)]
+    dot = float(re.search(r'<circle cx="([\d.]+)"', drawing)[1])
+    assert ticks[1] - 14.0 == pytest.approx(2.0 * (ticks[0] - 14.0), abs=0.2)
+    assert (dot - 14.0) / (ticks[0] - 14.0) == pytest.approx(12.4 / 4.0, rel=1e-3)
+
+
+def test_it_shows_its_content_to_those_who_do_not_see_it():
+    assert 'aria-label="12.40 N·m (95 % interval 12.20 to 12.60) on a scale with nominal 4 N·m"' in gauge(
+        estimate(nominal=4.0)
+    )
+
+
+TOKENS = (TEMPLATES / "tokens.css").read_text(encoding="utf-8")
+COLOURS = {
+    name: {"light": light, "dark": dark}
+    for name, light, dark in re.findall(r"(--[a-z-]+): var\(--light, (#\w{6})\) var\(--dark, (#\w{6})\);", TOKENS)
+}
+TEXT = [
+    *((f"--{name}", ground) for name in ("ink", "muted", "accent") for ground in ("--paper", "--ground")),
+    *((f"--{kind}", ground) for kind in ("good", "warn", "bad", "open") for ground in ("--paper", f"--{kind}-tint")),
+    *(("--on-kind", f"--{kind}") for kind in ("good", "warn", "bad", "open")),
+    *(("--ink", f"--{kind}-tint") for kind in ("good", "warn", "bad", "open")),
+]
+
+
+def luminance(colour):
+    parts = (int(colour[place : place + 2], 16) / 255.0 for place in (1, 3, 5))
+    red, green, blue = (part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts)
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize(("text", "ground"), TEXT)
+def test_text_can_be_read_on_its_ground(text, ground, theme):
+    """Contrast of at least 4.5 to 1, as WCAG 2.1 asks for (1.4.3)."""
+    low, high = sorted(luminance(COLOURS[name][theme]) for name in (text, ground))
+    assert (high + 0.05) / (low + 0.05) >= 4.5
+
+
+def test_every_colour_that_is_named_is_in_the_style():
+    known = set(re.findall(r"^  (--[a-z-]+):", TOKENS, re.MULTILINE)) | {"--kind", "--tint", "--light", "--dark"}
+    places = [*TEMPLATES.parent.rglob("*.py"), *TEMPLATES.glob("*.css"), *TEMPLATES.glob("*.js")]
+    named = {name for path in places for name in re.findall(r"var\((--[a-z-]+)", path.read_text(encoding="utf-8"))}
+    assert len(named) > 20
+    assert named <= known
+
+
+def test_words_are_explained_with_their_sign_and_the_unit_of_the_page():
+    name, meaning = explanation("Yaw rate [°/s]")
+    assert name == "Yaw rate"
+    assert "Positive: " in meaning
+    assert meaning.endswith("Shown in °/s.")
+    assert "axle" in explanation("Front cornering stiffness")[1]
+    assert explanation("no such word") is None

@@ -1,13 +1,16 @@
-"""The table of classes: typical values that a vehicle file accepts, spreads that combine, classes of known cars."""
+"""Values as users give them, of a class or a similar car, and how far each may be off."""
 
 from __future__ import annotations
+
+import dataclasses
 
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.vehicles import VEHICLES, load
-from tierod.vehicles.catalogue import QUANTITIES
-from tierod.vehicles.classes import Known, class_of, classes, rules, typical, typical_spread
+from tierod.vehicles import QUANTITIES, VEHICLES, load, shipped
+from tierod.vehicles.classes import Known, class_of, classes, typical
+from tierod.vehicles.draft import begun, known_from
+from tierod.vehicles.uncertain import bound_distance, in_words, moved, with_spread
 
 
 @pytest.mark.parametrize("kind", classes())
@@ -33,12 +36,6 @@ def test_given_values_replace_the_class_and_their_spread_reaches_what_follows():
     assert loose["yaw_inertia"].standard_deviation > 1.5 * sharp["yaw_inertia"].standard_deviation
 
 
-def test_one_distance_and_the_wheelbase_give_the_other():
-    found = typical("small", {"wheelbase": Known(2.5), "front_distance": Known(1.1, 0.01)})
-    assert found["rear_distance"].value == pytest.approx(1.4)
-    assert found["front_distance"].standard_deviation == 0.01
-
-
 @pytest.mark.parametrize(
     ("name", "kind"), [("midsize-eps", "midsize"), ("ferrari-250lm", "race-car"), ("smartload", "quadricycle")]
 )
@@ -53,14 +50,140 @@ def test_the_class_of_an_own_car_follows_from_mass_wheelbase_and_tyres(tmp_path)
     assert class_of(load(own)) == "van"
 
 
-def test_spreads_of_values_given_without_one():
-    assert typical_spread("mass", 1480.0, "midsize") == pytest.approx(0.05 * 1480.0)
-    assert typical_spread("yaw_rate_offset", 0.0, "van") == 0.005
-    assert typical_spread("stiffness_wander", 1.0, "van") is None
-    with pytest.raises(ParameterError, match="midsize"):
-        typical_spread("mass", 1480.0, "midsise")
+def parameters(texts, of=None, like=None):
+    kind, found = begun(known_from(texts), of, like and load(like))
+    return kind, {each.name: each for each in found}
 
 
-def test_rules_refer_to_what_there_is():
-    for rule in rules().values():
-        assert set(rule.powers) <= {*rules(), "rear_share"}
+@pytest.mark.parametrize("kind", classes())
+def test_every_value_has_a_spread_and_a_source_that_says_assumed(kind):
+    _, found = parameters(["mass=1480" if kind != "quadricycle" else "mass=480"], kind)
+    assert found["mass"].standard_deviation == pytest.approx(0.05 * found["mass"].value)
+    for name, each in found.items():
+        assert each.standard_deviation is not None
+        assert each.assumed == (name != "mass")
+
+
+def test_a_similar_car_is_scaled_to_the_given_mass_and_wheelbase():
+    kind, found = parameters(["mass=1480", "wheelbase=2.68"], like="midsize-eps")
+    like = load("midsize-eps")
+    assert kind == "midsize"
+    assert found["front_distance"].value + found["rear_distance"].value == pytest.approx(2.68)
+    assert found["front_distance"].value / 2.68 == pytest.approx(1.14 / 2.83)
+    assert found["front_cornering_stiffness"].value == pytest.approx(like["front_cornering_stiffness"] * 1480 / 1600)
+    assert found["torsion_bar_stiffness"].value == like["torsion_bar_stiffness"]
+    assert "midsize-eps" in found["torsion_bar_stiffness"].source
+
+
+def test_torques_in_counts_are_not_taken_from_another_car():
+    _, found = parameters([], like="rav4")
+    assert found["nominal_friction"].unit == "N*m"
+    assert "suv" in found["nominal_friction"].source
+
+
+@pytest.mark.parametrize(
+    ("text", "value", "spread"),
+    [
+        ("mass=1480", 1480.0, None),
+        ("mass=1.48 t", 1480.0, None),
+        ("mass=1480+-20", 1480.0, 20.0),
+        ("mass=1480 ± 20 kg", 1480.0, 20.0),
+        ("mass=1.48 +- 0.02 t", 1480.0, 20.0),
+        ("mass=1.48 t +- 3 %", 1480.0, 44.4),
+        ("steering_ratio=1/16", 0.0625, None),
+        ("yaw_rate_offset=-0.2 deg/s", -0.00349066, None),
+    ],
+)
+def test_reads_value_unit_and_spread(text, value, spread):
+    (found,) = known_from([text]).values()
+    assert found.value == pytest.approx(value, rel=1e-5)
+    assert found.standard_deviation == (None if spread is None else pytest.approx(spread))
+
+
+@pytest.mark.parametrize(
+    ("texts", "sentence"),
+    [
+        (["mas=1480"], "did you mean 'mass'"),
+        (["mass=heavy"], "is not a number"),
+        (["steering_ratio=1:15.5"], "is not a number; write a ratio as steering_ratio=1/15.5$"),
+        (["mass=1500,5"], "is not a number; write a decimal point, .* thousands: mass=1500.5$"),
+        (["mass=1480 +- 0,5 t"], "write a decimal point, .*: mass=1480 .- 0.5 t$"),
+        (["mass=1.500,5"], "no mark between thousands: mass=1480.5$"),
+        (["mass=1480 m"], "cannot become 'kg'"),
+        (["mass=1.48"], "between 200 and 60000 kg"),
+        (["mass=1480+--20"], "negative spread"),
+        (["mass=1480", "mass=1500"], "given twice"),
+        (["steering_ratio=16"], "steering_ratio=1/16"),
+        (["front_share=58"], "front_share=0.58"),
+        (["front_share=0.58", "front_distance=1.1"], "give one of them"),
+        (["wheelbase=2.6", "front_distance=1.1", "rear_distance=1.7"], "leave one of them out"),
+        (["nominal_friction=4 count"], "cannot become|not in count|raw count"),
+        (["motor_pole_pairs=3.5"], "no whole number; write for example motor_pole_pairs=4$"),
+    ],
+)
+def test_says_what_is_wrong(texts, sentence):
+    with pytest.raises(ParameterError, match=sentence):
+        known_from(texts)
+
+
+def car(**deviations):
+    vehicle = load("midsize-eps")
+    parameters = {
+        name: dataclasses.replace(each, standard_deviation=deviations.get(name))
+        for name, each in vehicle.parameters.items()
+    }
+    return dataclasses.replace(vehicle, parameters=parameters)
+
+
+def test_a_small_spread_moves_by_differences_and_nothing_else_moves():
+    vehicle = car(mass=160.0, rear_distance=0.1)
+    other = moved(vehicle, {"mass": -2.0})
+    assert other["mass"] == pytest.approx(1280.0)
+    assert other["rear_distance"] == vehicle["rear_distance"]
+
+
+@pytest.mark.parametrize("by", [-2.0, -1.0, 1.0, 2.0])
+def test_a_spread_of_three_hundred_per_cent_stays_within_what_a_car_can_be(by):
+    vehicle = load("midsize-eps")
+    wild = car(**{name: 3.0 * abs(each.value) for name, each in vehicle.parameters.items()})
+    other = moved(wild, dict.fromkeys(wild.parameters, by))
+    for name, each in other.parameters.items():
+        low, high = QUANTITIES[name].plausible
+        assert low <= each.value <= high, name
+
+
+def with_wheelbase(**deviations):
+    _, parameters = begun({"mass": Known(1500.0), "wheelbase": Known(2.7)}, "midsize")
+    known = {each.name: each for each in parameters}
+    for name, deviation in deviations.items():
+        known[name] = dataclasses.replace(known[name], standard_deviation=deviation)
+    return dataclasses.replace(load("midsize-eps"), parameters=known)
+
+
+@pytest.mark.parametrize("by", [-2.0, 1.0])
+def test_a_wheelbase_that_is_known_binds_the_distances_of_the_axles(by):
+    vehicle = with_wheelbase()
+    assert bound_distance(vehicle)
+    other = moved(vehicle, {"rear_distance": by})
+    assert other["rear_distance"] - vehicle["rear_distance"] == pytest.approx(
+        by * vehicle.parameters["rear_distance"].standard_deviation
+    )
+    assert other["rear_distance"] + other["front_distance"] == pytest.approx(2.7)
+
+
+def test_a_file_without_deviations_takes_those_of_its_class_and_an_explicit_zero_stays():
+    vehicle, filled = with_spread(car(rear_distance=0.0, trail=0.001))
+    assert vehicle.parameters["mass"].standard_deviation == pytest.approx(0.05 * 1600.0)
+    assert vehicle.parameters["rear_distance"].standard_deviation == 0.0
+    assert vehicle.parameters["trail"].standard_deviation == 0.001
+    assert "mass" in filled
+    assert not {"rear_distance", "trail", "fault_friction"} & set(filled)
+    sentence = in_words(vehicle, filled)
+    assert "class 'midsize'" in sentence
+    assert "standard_deviation in the vehicle file" in sentence
+    assert in_words(vehicle, ()) == ""
+
+
+@pytest.mark.parametrize("name", shipped())
+def test_shipped_files_give_every_deviation_themselves(name):
+    assert with_spread(load(name))[1] == ()

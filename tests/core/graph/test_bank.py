@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 
 from bank_of_graph import HighestJudge, Lane, Marked, Pair, bank, ringed
-from tierod.core.block import leaves, tuning
+from tierod.core.block import leaves
 from tierod.core.errors import TraceError
-from tierod.core.graph import Bank, JudgeSample, Stream, Verdict, batch, maths, scan, trace
-from tierod.core.graph.analysis import operation_count
-from tierod.core.graph.printer import print_c
+from tierod.core.graph import KEEP, Bank, JudgeSample, Stream, Verdict, batch, maths, scan, trace
 from tierod.core.graph.state import flat_memory
 
 
@@ -69,25 +67,6 @@ def test_stream_and_batch_equal_a_scan_to_the_last_bit(samples):
         np.testing.assert_array_equal(result.values, scan(each, samples).values)
 
 
-def test_it_goes_on_from_where_it_was(samples):
-    whole, first = scan(bank(), samples), scan(bank(), samples[:137])
-    second = scan(bank(), samples[137:], first.state)
-    np.testing.assert_array_equal(np.vstack([first.values, second.values]), whole.values)
-    assert second.state.count == len(samples)
-
-
-def test_banks_that_differ_in_floats_share_one_graph():
-    assert trace(bank()) is trace(replace(bank(), judge=HighestJudge(11, 0.3)))
-    assert trace(bank()).tuning == tuple(name for name, _ in tuning(bank()))
-    assert trace(bank()) is not trace(bank(12))
-    assert operation_count(bank(8)).trigonometric == 8 * 3
-
-
-def test_a_lane_is_one_loop_for_all():
-    loop = print_c(trace(bank(50))).partition("tierod_bank_lanes(")[2].partition("tierod_bank_judge(")[0]
-    assert loop.count("= tierod_tanh(") == loop.count("= tierod_log(") == loop.count("for (") == 1
-
-
 @dataclass(frozen=True)
 class Silent:
     """Gives no feedback and adopts the given lanes, whether they exist or not."""
@@ -119,28 +98,6 @@ class Sum:
         return total, Marked(total, sample.b)
 
 
-@dataclass(frozen=True)
-class Delayed:
-    """Calls the C library on what it remembers and no longer needs."""
-
-    gain: float = 1.0
-    Sample = Pair
-
-    def init(self):
-        return self.gain
-
-    def step(self, state, sample):
-        return state + self.gain * sample.a, Marked(maths.tanh(state), sample.b)
-
-
-def test_a_state_is_not_overwritten_before_the_library_has_been_called_on_it():
-    block, samples = Bank((Delayed(0.5), Delayed(0.3)), Silent((-1.0, -1.0))), np.full((5, 2), 0.2)
-    before = 0.3 + 0.06 * np.arange(5)
-    for engine in ("compiled", "virtual machine"):
-        expected = np.column_stack([np.tanh(before), samples[:, 1]])
-        np.testing.assert_allclose(scan(block, samples, engine=engine).values, expected, rtol=1e-12)
-
-
 @pytest.mark.parametrize("adopt", [(-1.0, 0.0), (1.0, 0.0), (7.0, float("nan")), (0.5, -0.2)])
 def test_every_driver_copies_alike_and_not_at_all_where_no_such_lane_is(adopt):
     block, samples = Bank((Sum(1.0), Sum(2.0)), Silent(adopt)), np.arange(20.0).reshape(10, 2)
@@ -163,20 +120,78 @@ def test_what_cannot_be_a_bank_is_refused():
         trace(Bank((), Silent(())))
 
 
-@dataclass(frozen=True)
-class Around:
-    """Calls a bank from its step."""
+LANES = 12
 
-    bank: Bank
+
+def by_number(values, number):
+    result = values[0]
+    for place, value in enumerate(values[1:], 1):
+        result = maths.where(number == place, value, result)
+    return result
+
+
+def costly(x):
+    for k in range(1, 20):
+        x = maths.sin(x) + k * x
+    return x
+
+
+@dataclass(frozen=True)
+class Level:
+    """A smoothed signal."""
+
+    share: float
     Sample = Pair
 
     def init(self):
-        return self.bank.init()
+        return 0.0
 
     def step(self, state, sample):
-        return self.bank.step(state, sample)
+        level = state + self.share * (maths.where(maths.present(sample.a), sample.b, 0.5) - 0.4 - state)
+        return level, (level, self.share)
 
 
-def test_a_bank_inside_a_block_is_refused():
-    with pytest.raises(TraceError, match="inside another block"):
-        trace(Around(Bank((Sum(), Sum()), Silent((-1.0, -1.0)))))
+@dataclass(frozen=True)
+class ChoosingJudge:
+    """Picks by a number, and works out what is seldom needed."""
+
+    count: int = LANES
+
+    def feedback(self):
+        return ()
+
+    def init(self):
+        return 0.0
+
+    def step(self, state, sample):
+        number, rarely = sample.sample.a, sample.sample.b > 0.5
+        levels = [lane[0] for lane in sample.lanes]
+        picked, doubled = by_number(levels, number), by_number([2.0 * level for level in levels], number)
+        inner = maths.where(picked > 0.0, costly(picked), -1.0)
+        seldom = maths.where(rarely, costly(doubled) + inner, 0.0)
+        never_alone = costly(picked + 1.0)
+        flags = (picked > 0.0) + (doubled > 0.0) + maths.negated(rarely)
+        chosen = maths.where(maths.negated(rarely), never_alone, seldom)
+        again = maths.where(chosen > 3.0, costly(chosen), maths.where(rarely, costly(chosen + 1.0), chosen))
+        count = state + maths.where(maths.either(rarely, chosen > 0.0), 1.0, 0.0)
+        return count, Verdict((picked, doubled, seldom, chosen, again, flags, count), (KEEP,) * self.count)
+
+
+def choosing():
+    return Bank(tuple(Level(0.1 + 0.05 * k) for k in range(LANES)), ChoosingJudge())
+
+
+def numbered():
+    numbers = np.tile([0.0, 1.0, 5.0, 11.0, 12.0, -1.0, 2.5, np.nan, np.inf, -np.inf, 1e300], 20)
+    return np.column_stack([numbers, np.random.default_rng(3).uniform(0.0, 1.0, len(numbers))])
+
+
+def test_it_is_what_plain_numbers_and_the_virtual_machine_give():
+    block, given = choosing(), numbered()
+    compiled = scan(block, given).values
+    state, rows = block.init(), []
+    for row in given:
+        state, output = block.step(state, Pair(*row.tolist()))
+        rows.append(output)
+    np.testing.assert_allclose(compiled, np.array(rows), rtol=1e-11)
+    np.testing.assert_allclose(scan(block, given, engine="virtual machine").values, compiled, rtol=1e-11)

@@ -3,19 +3,13 @@
 import ctypes
 import itertools
 import math
-import re
-from dataclasses import dataclass
 from functools import cache
-from typing import NamedTuple
 
 import numpy as np
 import pytest
 
-from blocks_of_graph import Everything
-from tierod.core.graph import batch, maths, scan, trace
 from tierod.core.graph.c_functions import OWN, prelude
 from tierod.core.graph.compiler import compiler, load
-from tierod.core.graph.printer import print_c, print_lanes
 
 needs_a_compiler = pytest.mark.skipif(compiler() is None, reason="no C compiler")
 
@@ -146,68 +140,3 @@ def test_special_numbers_give_what_the_standard_says(kind, name):
         right = (reference(*wide) if name in OF_TWO else reference(wide[0])).astype(number)
         found = values(kind, name, a, b)
         assert same(found, right).all(), [(a[i], b[i], found[i], right[i]) for i in np.flatnonzero(~same(found, right))]
-
-
-class Pair(NamedTuple):
-    a: float
-    b: float
-
-
-class Results(NamedTuple):
-    sine: float
-    cosine: float
-    tangent: float
-    angle: float
-    arcsine: float
-    exponential: float
-    less_one: float
-    logarithm: float
-    power: float
-    hyperbolic: float
-    length: float
-
-
-@dataclass(frozen=True)
-class Functions:
-    """Every function that blocks may use."""
-
-    Sample = Pair
-
-    def init(self):
-        return ()
-
-    def step(self, state, sample):
-        a, b = sample
-        return state, Results(
-            maths.sin(a), maths.cos(a), maths.tan(a), maths.arctan2(a, b), maths.arcsin(a), maths.exp(a),
-            maths.expm1(a), maths.log(a), maths.power(a, b), maths.tanh(a), maths.hypot(a, b),
-        )  # fmt: skip
-
-
-def samples():
-    pairs = np.column_stack([powers(-30, 30), powers(-5, 5)])
-    pairs[::7], pairs[::11, 0], pairs[::13, 1], pairs[::17] = np.nan, np.inf, -np.inf, 0.0
-    return pairs
-
-
-def test_lanes_give_the_bits_of_a_scan():
-    given = samples()
-    alone = scan(Functions(), given)
-    for lane in batch(Functions(), [given] * 16):
-        np.testing.assert_array_equal(lane.values, alone.values)
-
-
-def test_plain_floats_and_the_virtual_machine_agree_within_rounding():
-    given = samples()
-    compiled, interpreted = scan(Functions(), given), scan(Functions(), given, engine="virtual machine")
-    plain = np.array([Functions().step((), Pair(*row))[1] for row in given.tolist()])
-    for other in (interpreted.values, plain):
-        np.testing.assert_allclose(compiled.values, other, rtol=1e-15, atol=0.0)
-
-
-def test_printed_code_calls_no_function_of_the_library():
-    instructions = {"sqrt", "fabs", "floor", "ceil", "fma"}
-    for block in (Functions(), Everything()):
-        graph = trace(block)
-        for text in (print_c(graph), print_lanes(graph, own_tuning=True)):
-            assert set(re.findall(r"\bM\((\w+)\)", text)) <= instructions | {"name"}

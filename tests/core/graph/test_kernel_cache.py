@@ -1,15 +1,22 @@
-"""A kernel counts only as it was written; what is not used goes."""
+"""A kernel counts only as it was written, what is not used goes; graphs that another process traced are found."""
 
 import os
+import pickle
 import random
+import re
 import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
 
+from tierod.core.block import structure
 from tierod.core.errors import OutputError
+from tierod.core.graph import compiler, known_graphs, scan
 from tierod.core.graph.kernel_cache import Bounds, KernelCache
+from tierod.core.graph.trace import _trace
+from tierod.methods.detectors import Cusum
 
 NAME = "tierod_kernel-0123456789abcdef01234567"
 CODE = bytes(random.Random(1).randbytes(70_000))
@@ -31,57 +38,14 @@ def file(cache):
     return cache.folder / f"{NAME}.kernel"
 
 
-def test_what_is_kept_is_read_again(cache):
-    assert cache.kept(NAME) == CODE
-    assert cache.kept(name(0)) is None
-    assert KernelCache(cache.folder / "absent").kept(NAME) is None
-
-
-@pytest.mark.parametrize("seed", range(20))
-def test_a_cut_never_passes(cache, file, seed):
-    whole = file.read_bytes()
-    file.write_bytes(whole[: random.Random(seed).randrange(len(whole))])
-    assert cache.kept(NAME) is None
-
-
-@pytest.mark.parametrize("seed", range(20))
-def test_a_flipped_bit_never_passes(cache, file, seed):
-    damaged = bytearray(file.read_bytes())
-    damaged[random.Random(seed).randrange(len(damaged))] ^= 1 << random.Random(seed).randrange(8)
-    file.write_bytes(damaged)
-    assert cache.kept(NAME) is None
-
-
-@pytest.mark.parametrize("content", [b"", b"garbage", CODE])
-def test_what_has_no_digest_never_passes(cache, file, content):
-    file.write_bytes(content)
-    assert cache.kept(NAME) is None
-
-
-def test_bytes_after_the_end_do_not_pass(cache, file):
-    with file.open("ab") as opened:
-        opened.write(b"x")
-    assert cache.kept(NAME) is None
-
-
-def test_one_kernel_under_the_name_of_another_does_not_pass(cache, file):
-    file.rename(cache.folder / f"{name(1)}.kernel")
-    assert cache.kept(name(1)) is None
-
-
-def test_a_file_that_others_may_write_does_not_pass(cache, file):
-    file.chmod(0o666)
-    assert cache.kept(NAME) is None
-
-
-def test_the_folder_and_its_files_are_the_users_alone(tmp_path):
-    cache = KernelCache(tmp_path / "new" / "folder")
-    with cache.building(NAME) as build:
-        assert list(build.iterdir()) == []
-        cache.keep(NAME, CODE)
-    assert [path.name for path in cache.folder.iterdir()] == [f"{NAME}.kernel"]
-    assert cache.folder.stat().st_mode & 0o777 == 0o700
-    assert (cache.folder / f"{NAME}.kernel").stat().st_mode & 0o777 == 0o600
+@pytest.mark.parametrize("seed", range(8))
+def test_neither_a_cut_nor_a_flipped_bit_passes(cache, file, seed):
+    whole, chance = file.read_bytes(), random.Random(seed)
+    damaged = bytearray(whole)
+    damaged[chance.randrange(len(damaged))] ^= 1 << chance.randrange(8)
+    for each in (damaged, whole[: chance.randrange(len(whole))]):
+        file.write_bytes(each)
+        assert cache.kept(NAME) is None
 
 
 def aged(cache, number, days, size=1000):
@@ -114,18 +78,6 @@ def test_of_too_many_or_too_much_the_least_recently_used_go(tmp_path, bounds):
     assert left(cache) == {1, 4}
 
 
-def test_what_was_used_just_now_stays_beyond_all_bounds(tmp_path):
-    cache = KernelCache(tmp_path, Bounds(count=0, bytes=0, unused=0.0))
-    cache.keep(name(1), CODE)
-    cache.keep(name(2), CODE)
-    assert left(cache) == {1, 2}
-
-
-def test_a_kernel_that_is_removed_between_two_looks_is_absent_and_no_error(cache, file):
-    file.unlink()
-    assert cache.kept(NAME) is None
-
-
 def test_files_of_others_stay_and_those_of_former_versions_go(tmp_path):
     cache = KernelCache(tmp_path)
     for title in ("notes.kernel", "tierod.so", name(1) + ".so", f".{name(2)}.0123456789ab.kernel", ".notes.kernel"):
@@ -154,24 +106,85 @@ def test_what_a_killed_process_left_goes_and_a_living_one_keeps_its_folder(tmp_p
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_folder_of_a_killed_process_is_free_for_the_next(tmp_path):
-    subprocess.run([sys.executable, "-c", KILLED, tmp_path, name(1)], check=False)
-    with KernelCache(tmp_path).building(name(1)) as build:
-        assert list(build.iterdir()) == []
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_a_process_that_hangs_while_it_compiles_is_not_waited_for_without_end(tmp_path):
     cache = KernelCache(tmp_path, Bounds(waited=0.05))
     with cache.building(NAME), pytest.raises(OutputError, match=r"has been compiling in .* for 0\.05 s; end it"):
         cache.building(NAME).__enter__()
 
 
-def test_a_build_folder_of_a_former_version_stays_until_it_is_old(tmp_path):
-    build = tmp_path / "build-k3x_01ab"
-    build.mkdir()
-    KernelCache(tmp_path).prune()
-    assert build.is_dir()
-    os.utime(build, (0, 0))
-    KernelCache(tmp_path).prune()
-    assert not build.exists()
+pytestmark = pytest.mark.skipif(compiler.compiler() is None, reason="no C compiler: nothing is compiled or kept")
+
+SCRIPT = """
+import sys
+from tierod.monitors.condition.definition import condition_monitor
+from tierod.vehicles import load
+block = condition_monitor(load("rav4"))
+count = len(block.Sample._fields)
+import numpy as np
+from tierod.core.graph import scan
+called = []
+for module, name in (("kernel", "print_c"), ("trace", "straight_line"), ("bank", "straight_line")):
+    module = sys.modules["tierod.core.graph." + module]
+    def counted(*given, usual=getattr(module, name), name=name):
+        called.append(name)
+        return usual(*given)
+    setattr(module, name, counted)
+result = scan(block, np.sin(np.arange(50.0))[:, None] * np.ones(count))
+print(result.values.tobytes().hex(), "+".join(called) or "nothing")
+"""
+
+
+@pytest.fixture
+def graphs(tmp_path, monkeypatch):
+    folder = tmp_path / "kernels"
+    monkeypatch.setenv("TIEROD_CACHE", str(folder))
+    monkeypatch.setenv("TIEROD_GRAPHS", "known")
+    _trace.cache_clear()
+    yield folder
+    _trace.cache_clear()
+
+
+class Plugin(Cusum):
+    """A block of another package."""
+
+
+def entry(block):
+    return known_graphs.entry_of(structure(block), type(block).__name__)
+
+
+def test_a_second_process_neither_traces_nor_prints_and_gives_the_same_bits(graphs):
+    environment = os.environ | {"TIEROD_CACHE": str(graphs), "TIEROD_CFLAGS": "-O0"}
+    runs = [
+        subprocess.run([sys.executable, "-c", SCRIPT], env=environment, capture_output=True, text=True, check=True)
+        for _ in range(2)
+    ]
+    (first, made), (second, again) = (run.stdout.split() for run in runs)
+    assert (made, again) == ("straight_line+" * 2 + "print_c", "nothing")
+    assert first == second
+
+
+def test_blocks_with_entries_import_nothing_whose_sources_are_not_in_the_digest():
+    imported = set()
+    for package in known_graphs.SOURCES:
+        for path in (known_graphs.PACKAGE / package).rglob("*.py"):
+            imported |= set(re.findall(r"^\s*(?:from|import) tierod\.(\w+)", path.read_text("utf-8"), re.MULTILINE))
+    assert imported == set(known_graphs.SOURCES)
+
+
+def test_a_block_that_is_not_of_tierod_has_no_entry(graphs):
+    assert entry(Cusum(0.5, 4.0, 20.0)) is not None
+    assert entry(Plugin(0.5, 4.0, 20.0)) is None
+
+    class Own(Cusum):
+        """Under no address that another process finds."""
+
+    assert entry(Own(0.5, 4.0, 20.0)) is None
+
+
+@pytest.mark.parametrize("content", [b"", b"no pickle", pickle.dumps({"name": "less than a graph"})])
+def test_an_entry_of_no_use_is_traced_anew(graphs, content):
+    block = Cusum(0.5, 4.0, 20.0)
+    expected = scan(block, np.ones((9, 1))).values
+    compiler.keep(entry(block), content)
+    _trace.cache_clear()
+    assert np.array_equal(scan(block, np.ones((9, 1))).values, expected)
