@@ -34,12 +34,12 @@ from tierod.monitors.driver_torque.hands import HandsMonitor
 from tierod.monitors.driver_torque.observer import ColumnObserver, DelayedHandTorque
 from tierod.monitors.friction.definition import FrictionMonitor
 from tierod.monitors.friction.signals import SteeringSample
-from tierod.monitors.stuck import StuckSignals
 from tierod.monitors.motor_angle.definition import MotorAngleMonitor
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition
 from tierod.monitors.own_car import BalanceRows
 from tierod.monitors.sideslip.definition import SideslipMonitor
 from tierod.monitors.sideslip.estimator import CombinedSideslip
+from tierod.monitors.stuck import StuckSignals
 from tierod.vehicles import load
 from tierod_lab.methods.stationary import StationaryFilter
 from tierod_lab.methods.unscented import UnscentedFilter
