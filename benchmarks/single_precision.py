@@ -20,8 +20,7 @@ from tierod.export.interface import Interface, Options
 from tierod.export.subject import Subject, subject_of
 from tierod.export.vectors import inputs_from, rounded, vectors_of
 from tierod.vehicles import load as vehicle
-from tierod_lab.ground.scenarios.reader import from_document
-from tierod_lab.ground.scenarios.scenario import Scenario
+from tierod_lab.ground.scenarios import Scenario, from_document
 
 _TABLE = 'name = "given"\ndescription = "With a fault or without."\n'
 

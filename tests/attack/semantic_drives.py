@@ -12,10 +12,10 @@ from tierod.io.readers import read
 from tierod.io.writers import write
 from tierod_lab.ground import FrictionCourse, SensorSet, drive, lock_to_lock
 from tierod_lab.ground.cars.catalogue import load as load_car
-from tierod_lab.ground.courses.catalogue import load as load_course
+from tierod_lab.ground.courses import load as load_course
 from tierod_lab.ground.faults import Always, AtTime, Fault
 from tierod_lab.ground.faults import load as load_fault
-from tierod_lab.ground.faults.signals import Gain, Offset
+from tierod_lab.ground.faults.behaviours import Gain, Offset
 from tierod_lab.ground.run import run as run_car
 from tierod_lab.ground.scenarios import load as load_scenario
 

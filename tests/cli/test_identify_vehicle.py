@@ -17,8 +17,8 @@ from tierod.io.writers import write
 from tierod.report.identification.vehicle import VEHICLE
 from tierod.vehicles import load
 from tierod.vehicles.vehicle import SHIPPED
-from tierod_lab.ground.courses.natural import City, Country
-from tierod_lab.ground.drives import CHANNELS, drive
+from tierod_lab.ground.courses.roads import City, Country
+from tierod_lab.ground.run import CHANNELS, drive
 from tierod_lab.ground.sensors import SensorSet
 
 TEXT = (SHIPPED / "midsize-eps.toml").read_text(encoding="utf-8")

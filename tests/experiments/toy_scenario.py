@@ -12,8 +12,8 @@ from tierod.core.signals import SIGNALS
 from tierod.vehicles import load
 from tierod_lab.campaign.matrix import Point
 from tierod_lab.campaign.plan import Cell, Judge, Plan, drive_key, reference_drives
+from tierod_lab.ground.faults.behaviours import Offset
 from tierod_lab.ground.faults.fault import Fault
-from tierod_lab.ground.faults.signals import Offset
 
 NAMES = (
     "steering_wheel_angle",

@@ -14,7 +14,7 @@ from tierod.export.fmu.description import Model
 from tierod.export.interface import Interface, Options
 from tierod.export.subject import subject_of, subject_of_block
 from tierod.export.vectors import random_inputs
-from tierod_lab.ground.cars.column_bench import ColumnBench
+from tierod_lab.ground.cars.benches import ColumnBench
 from tierod_lab.ground.run import usual_inputs
 from watched_torque import Watch
 

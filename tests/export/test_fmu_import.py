@@ -10,8 +10,7 @@ from foreign_units import PLANT, Trolley, exported, without_binary
 from tierod.cli import main
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.toml import Document
-from tierod_lab.ground.scenarios import load
-from tierod_lab.ground.scenarios.plants import with_plant
+from tierod_lab.ground.scenarios import load, with_plant
 
 fmpy = pytest.importorskip("fmpy", reason="fmpy is not installed")
 

@@ -11,7 +11,7 @@ from tierod.core.block import leaves, named_tuple, skeleton
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph import Result, scan
 from tierod_lab.ground.chassis import TwoTrack
-from tierod_lab.ground.control.assist import AssistUnit
+from tierod_lab.ground.control import AssistUnit
 from tierod_lab.ground.integration import rosenbrock, steering_inverse
 from tierod_lab.ground.parts import Demand, Loads, Reaction, Road, Steer, Wheels, Wind, pass_through, ports_type
 from tierod_lab.ground.recorder import channel_names

@@ -6,7 +6,7 @@ import pytest
 
 from tierod.core.errors import ParameterError
 from tierod_lab.ground import EpsCar, FrictionCourse, SensorSet, drive, lock_to_lock
-from tierod_lab.ground.drives import CHANNELS
+from tierod_lab.ground.run import CHANNELS
 
 
 def level(course, *time):

@@ -10,12 +10,10 @@ from tierod.core.graph.derivatives import jacobian
 from tierod_lab.ground.integration import implicit_inverse, rosenbrock
 from tierod_lab.ground.parts import Loads, Wheels
 from tierod_lab.ground.powertrain import Powertrain, WheelMotors
-from tierod_lab.ground.steering.active_front import ActiveFront
-from tierod_lab.ground.steering.column_eps import ColumnEps, WormGear
-from tierod_lab.ground.steering.demonstrator import Demonstrator
+from tierod_lab.ground.steering import Linkage
+from tierod_lab.ground.steering.column_eps import ActiveFront, ColumnEps, WormGear
 from tierod_lab.ground.steering.friction import Dahl, DryFriction
-from tierod_lab.ground.steering.linkage import Linkage
-from tierod_lab.ground.steering.rack_eps import RackEps
+from tierod_lab.ground.steering.rack_eps import Demonstrator, RackEps
 from tierod_lab.ground.steering.steer_by_wire import SteerByWire
 
 

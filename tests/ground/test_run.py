@@ -8,9 +8,9 @@ import pytest
 
 from tierod.core.errors import ParameterError
 from tierod_lab.ground import EpsCar, SensorSet, SingleTrack, run
-from tierod_lab.ground.courses import Start
-from tierod_lab.ground.courses.natural import NaturalDrive
-from tierod_lab.ground.courses.open_loop import StepSteer
+from tierod_lab.ground.courses.course import Start
+from tierod_lab.ground.courses.manoeuvres import StepSteer
+from tierod_lab.ground.courses.roads import NaturalDrive
 from tierod_lab.ground.faults import AtTime, Fault, Offset, trigger_of
 from tierod_lab.ground.faults import Step as Jump
 from tierod_lab.ground.recorder import Recorder

@@ -6,10 +6,7 @@ import numpy as np
 import pytest
 
 from tierod.core.toml import Document, build
-from tierod_lab.ground.cars.active_front_car import ActiveFrontCar
-from tierod_lab.ground.cars.demonstrator_car import DemonstratorCar
-from tierod_lab.ground.cars.eps_car import EpsCar
-from tierod_lab.ground.cars.steer_by_wire_car import SteerByWireCar
+from tierod_lab.ground.cars.road_cars import ActiveFrontCar, DemonstratorCar, EpsCar, SteerByWireCar
 from tierod_lab.ground.chassis import SingleTrack, TwoTrack
 from tierod_lab.ground.scatter import Scatter, Spread
 from tierod_lab.ground.sensors import SensorSet

@@ -16,7 +16,7 @@ from tierod.report.display import without_advice
 from tierod.vehicles import load
 from tierod.vehicles.classes import typical
 from tierod_lab.ground import drive
-from tierod_lab.ground.drives import CHANNELS
+from tierod_lab.ground.run import CHANNELS
 from tierod_lab.ground.sensors import SensorSet
 
 WHEELS = tuple(f"wheel_speed_{place}" for place in ("front_left", "front_right", "rear_left", "rear_right"))

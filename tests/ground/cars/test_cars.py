@@ -11,16 +11,12 @@ from ground.rigs import Run
 from tierod.core.block import leaves, rebuild, skeleton
 from tierod.core.graph import scan
 from tierod.core.graph.derivatives import jacobian
-from tierod_lab.ground.cars.active_front_car import ActiveFrontCar
-from tierod_lab.ground.cars.car import Start
-from tierod_lab.ground.cars.column_bench import Acting, ColumnBench, ColumnMotion
-from tierod_lab.ground.cars.demonstrator_car import DemonstratorCar
-from tierod_lab.ground.cars.eps_car import EpsCar, PmEpsCar
-from tierod_lab.ground.cars.motor_bench import MotorBench
-from tierod_lab.ground.cars.steer_by_wire_car import SteerByWireCar
+from tierod_lab.ground.cars import Start
+from tierod_lab.ground.cars.benches import Acting, ColumnBench, ColumnMotion, MotorBench
+from tierod_lab.ground.cars.road_cars import ActiveFrontCar, DemonstratorCar, EpsCar, PmEpsCar, SteerByWireCar
 from tierod_lab.ground.chassis import SingleTrack, TwoTrack
-from tierod_lab.ground.control.assist import ActiveReturn, AssistUnit, Characteristic
-from tierod_lab.ground.control.driver import HumanDriver, Pedals
+from tierod_lab.ground.control import ActiveReturn, AssistUnit, Characteristic
+from tierod_lab.ground.drivers import HumanDriver, Pedals
 from tierod_lab.ground.steering.column_eps import ColumnEps
 from tierod_lab.ground.steering.friction import DryFriction
 

@@ -11,14 +11,10 @@ from tierod.core.graph.trace import trace
 from tierod.core.signals import SIGNALS
 from tierod.core.toml import Document, kind_name
 from tierod_lab.ground import cars
-from tierod_lab.ground.cars.active_front_car import ActiveFrontCar
-from tierod_lab.ground.cars.car import Car
+from tierod_lab.ground.cars import Car
+from tierod_lab.ground.cars.benches import ColumnBench, MotorBench
 from tierod_lab.ground.cars.catalogue import KINDS, Choice, by_path, load, shipped, with_parts
-from tierod_lab.ground.cars.column_bench import ColumnBench
-from tierod_lab.ground.cars.demonstrator_car import DemonstratorCar
-from tierod_lab.ground.cars.eps_car import EpsCar, PmEpsCar
-from tierod_lab.ground.cars.motor_bench import MotorBench
-from tierod_lab.ground.cars.steer_by_wire_car import SteerByWireCar
+from tierod_lab.ground.cars.road_cars import ActiveFrontCar, DemonstratorCar, EpsCar, PmEpsCar, SteerByWireCar
 from tierod_lab.ground.chassis import SingleTrack, TwoTrack
 from tierod_lab.ground.recorder import channel_names
 from tierod_lab.ground.steering.friction import LuGre

@@ -7,7 +7,7 @@ from chassis_replay import energy_error, unresisted, yaw_gain_error
 from ground.rigs import Bench, columns, drive, finite
 from tierod.core.graph import scan
 from tierod_lab.ground.chassis import SingleTrack, TwoTrack, demonstrator
-from tierod_lab.ground.chassis.resistances import air_forces
+from tierod_lab.ground.chassis.tyres import air_forces
 
 G = 9.81
 BODIES = [SingleTrack(), TwoTrack(), demonstrator()]

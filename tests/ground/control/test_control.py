@@ -11,14 +11,13 @@ from ground.rigs import STEP, Rig
 from tierod.core.block import leaves, rebuild, values_of
 from tierod.core.graph.derivatives import jacobian
 from tierod.physics.single_track import steady_road_wheel_angle
-from tierod_lab.ground.control.angle_control import AngleControl
-from tierod_lab.ground.control.assist import ActiveReturn, AssistMemory, AssistUnit, Characteristic
-from tierod_lab.ground.control.automated import AutomatedDriver, Sensed, Split
+from tierod_lab.ground.control import ActiveReturn, AngleControl, AssistMemory, AssistUnit, Characteristic
+from tierod_lab.ground.drivers import AutomatedDriver, Sensed, Split
 from tierod_lab.ground.parts import Demand, Hand, Seen
+from tierod_lab.ground.steering import Wheel
 from tierod_lab.ground.steering.column_eps import ColumnEps, WormGear
 from tierod_lab.ground.steering.friction import DryFriction
 from tierod_lab.ground.steering.rack_eps import RackEps
-from tierod_lab.ground.steering.shaft import Wheel
 
 SMOOTH = DryFriction(level=0.0)
 PLAIN = AssistUnit(active_return=ActiveReturn(gain=0.0), damping=0.0)

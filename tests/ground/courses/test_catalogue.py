@@ -7,9 +7,8 @@ import pytest
 from tierod.core.block import leaves, skeleton
 from tierod.core.errors import ParameterError
 from tierod.core.toml import kind_name
-from tierod_lab.ground.cars.column_bench import Acting
-from tierod_lab.ground.courses import described, load, shipped
-from tierod_lab.ground.courses.catalogue import AnyCourse
+from tierod_lab.ground.cars.benches import Acting
+from tierod_lab.ground.courses import AnyCourse, described, load, shipped
 from tierod_lab.ground.courses.way import STEP
 from tierod_lab.ground.parts import Demand, Road, Wind
 

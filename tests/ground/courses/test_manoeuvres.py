@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tierod_lab.ground.courses.bench import BenchHands, BenchMultisine, BenchRamps, BenchSweep
-from tierod_lab.ground.courses.conditions import (
+from tierod_lab.ground.courses.course import (
     Adhesion,
     Attention,
     Breeze,
@@ -19,7 +19,7 @@ from tierod_lab.ground.courses.conditions import (
     Tremor,
     Unevenness,
 )
-from tierod_lab.ground.courses.open_loop import (
+from tierod_lab.ground.courses.manoeuvres import (
     LockToLock,
     RandomSteer,
     SineSteer,

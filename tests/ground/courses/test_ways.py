@@ -5,11 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from tierod_lab.ground.cars.eps_car import EpsCar
+from tierod_lab.ground.cars.road_cars import EpsCar
 from tierod_lab.ground.courses import load
-from tierod_lab.ground.courses.circuit import Bend, Circuit, Straight
-from tierod_lab.ground.courses.lane import DoubleLaneChange
-from tierod_lab.ground.courses.natural import City, Country, Motorway, NaturalDrive
+from tierod_lab.ground.courses.manoeuvres import DoubleLaneChange
+from tierod_lab.ground.courses.roads import Bend, Circuit, City, Country, Motorway, NaturalDrive, Straight
 from tierod_lab.ground.courses.way import STEP, TICK, Pace, Way
 from tierod_lab.ground.run import run
 

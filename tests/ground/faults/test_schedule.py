@@ -9,8 +9,8 @@ from tierod.core.graph.kernel import kernel
 from tierod.core.graph.trace import initial_memory
 from tierod.core.recording import Channel, Recording
 from tierod_lab.ground import SensorSet, run
-from tierod_lab.ground.cars.demonstrator_car import DemonstratorCar
-from tierod_lab.ground.courses.catalogue import load
+from tierod_lab.ground.cars.road_cars import DemonstratorCar
+from tierod_lab.ground.courses import load
 from tierod_lab.ground.faults import (
     AtTime,
     Delay,

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 from ground.rigs import Run
 from tierod.physics.clarke_park import StatorVector, inverse_clarke
-from tierod_lab.ground.cars.motor_bench import MotorBench
+from tierod_lab.ground.cars.benches import MotorBench
 from tierod_lab.ground.motor import AFS_MOTOR, EPS_MOTOR, Inverter, Warming
 
 SHIFT = 2.0 * np.pi / 3.0

@@ -6,8 +6,7 @@ import pytest
 from tierod.core.errors import ParameterError
 from tierod.core.toml import Document, build
 from tierod_lab.ground import Sensor
-from tierod_lab.ground.sensors import SensorSet
-from tierod_lab.ground.sensors.sensor import gauss_markov, lost_frames, random_walk
+from tierod_lab.ground.sensors import SensorSet, gauss_markov, lost_frames, random_walk
 
 
 def chance(seed=0):

@@ -10,12 +10,10 @@ from ground.rigs import STEP, Rig
 from tierod.core.graph.derivatives import jacobian
 from tierod.physics.friction import dahl_slope
 from tierod_lab.ground.parts import Loads
+from tierod_lab.ground.steering import Linkage, Motor, Ripple, TorsionBar
 from tierod_lab.ground.steering.column_eps import ColumnEps, Rotor, WormGear
-from tierod_lab.ground.steering.demonstrator import demonstrator_rack
 from tierod_lab.ground.steering.friction import Coulomb, Dahl, DahlPower, DryFriction, LuGre, MaxwellSlip, Stribeck
-from tierod_lab.ground.steering.linkage import Linkage
-from tierod_lab.ground.steering.rack_eps import Mesh, RackEps
-from tierod_lab.ground.steering.shaft import Motor, Ripple, TorsionBar
+from tierod_lab.ground.steering.rack_eps import Mesh, RackEps, demonstrator_rack
 
 SMOOTH = DryFriction(level=0.0)
 PARALLEL = Linkage(ackermann_gain=0.0)

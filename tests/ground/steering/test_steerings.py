@@ -9,12 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tierod_lab.ground.parts import Loads
-from tierod_lab.ground.steering.active_front import ActiveFront
-from tierod_lab.ground.steering.demonstrator import Demonstrator, demonstrator_rack
+from tierod_lab.ground.steering import Linkage, Motor, SpeedLimit, Wheel, driving_limit, torque_ripple
+from tierod_lab.ground.steering.column_eps import ActiveFront
 from tierod_lab.ground.steering.friction import DryFriction
-from tierod_lab.ground.steering.linkage import Linkage
-from tierod_lab.ground.steering.motor_torque import driving_limit, torque_ripple
-from tierod_lab.ground.steering.shaft import Motor, SpeedLimit, Wheel
+from tierod_lab.ground.steering.rack_eps import Demonstrator, demonstrator_rack
 
 SUPERPOSED = replace(ActiveFront(), input_ratio=1.1)
 SUPERPOSED_LOADS = Loads(40.0, 50.0, 1.5, (3.0, 5.0), 9400.0, 15.0)

@@ -23,8 +23,8 @@ from tierod.models.lateral_parameters import LateralParameters
 from tierod.vehicles import load
 from tierod.vehicles.vehicle import Parameter
 from tierod_lab.ground.cars.catalogue import load as load_car
-from tierod_lab.ground.courses.natural import City, Country
-from tierod_lab.ground.drives import CHANNELS, drive
+from tierod_lab.ground.courses.roads import City, Country
+from tierod_lab.ground.run import CHANNELS, drive
 from tierod_lab.ground.sensors import SensorSet
 
 FREE = ("steering_ratio", "front_cornering_stiffness")

@@ -10,8 +10,8 @@ from dataclasses import replace
 from monitors.condition.motion_alone import MOTION, SETS, declared, judged
 from tierod.core.recording import Recording
 from tierod.monitors.condition.definition import rolling_monitor
-from tierod_lab.ground.courses.conditions import Adhesion, During
-from tierod_lab.ground.courses.open_loop import AngleRamp, SineSteer, StepSteer
+from tierod_lab.ground.courses.course import Adhesion, During
+from tierod_lab.ground.courses.manoeuvres import AngleRamp, SineSteer, StepSteer
 from tierod_lab.ground.run import run
 from tierod_lab.papers.own_car.cars import drawn
 

@@ -21,8 +21,8 @@ from tierod.monitors.condition.limits import aligned
 from tierod.monitors.condition.signals import ACCELERATIONS, ALL_WHEELS, FRONT_WHEELS, OF_CARS, ConditionSample
 from tierod.vehicles import load
 from tierod_lab.ground.cars.catalogue import load as car_of
-from tierod_lab.ground.courses.catalogue import load as course_of
-from tierod_lab.ground.courses.circuit import Bend, Circuit, Halt, Straight
+from tierod_lab.ground.courses import load as course_of
+from tierod_lab.ground.courses.roads import Bend, Circuit, Halt, Straight
 from tierod_lab.ground.courses.way import Pace
 from tierod_lab.ground.faults import injected
 from tierod_lab.ground.run import run

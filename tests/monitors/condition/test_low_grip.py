@@ -12,9 +12,9 @@ from tierod.monitors.condition.limits import aligned
 from tierod.monitors.condition.low_grip import Lack, LowGrip, sliding
 from tierod.monitors.condition.signals import DRIVES, Hypothesis
 from tierod.vehicles import load
-from tierod_lab.ground.courses.catalogue import load as course
-from tierod_lab.ground.courses.circuit import Halt
-from tierod_lab.ground.courses.conditions import Adhesion, Along
+from tierod_lab.ground.courses import load as course
+from tierod_lab.ground.courses.course import Adhesion, Along
+from tierod_lab.ground.courses.roads import Halt
 from tierod_lab.ground.run import run
 from tierod_lab.papers.condition.drives import Drive, lost
 from tierod_lab.papers.condition.recorded import as_recorded, recorded

@@ -16,8 +16,8 @@ from tierod.monitors.diagnose import diagnose
 from tierod.physics.single_track import steady_yaw_gain, understeer_gradient
 from tierod.vehicles import load
 from tierod_lab.ground.cars.catalogue import load as car_of
-from tierod_lab.ground.courses.circuit import Bend, Circuit, Halt, Straight
-from tierod_lab.ground.courses.conditions import Adhesion, Along
+from tierod_lab.ground.courses.course import Adhesion, Along
+from tierod_lab.ground.courses.roads import Bend, Circuit, Halt, Straight
 from tierod_lab.ground.courses.way import Pace
 from tierod_lab.ground.faults import injected
 from tierod_lab.ground.run import run

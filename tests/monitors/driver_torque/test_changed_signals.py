@@ -12,7 +12,7 @@ from said import said
 from tierod.core.recording import Channel, Recording
 from tierod.monitors.diagnose import diagnose
 from tierod_lab.ground.faults import AtTime, Fault
-from tierod_lab.ground.faults.signals import Gain
+from tierod_lab.ground.faults.behaviours import Gain
 from tierod_lab.ground.scenarios import load
 
 BAR = Fault(element="driver_torque", behaviour=Gain(1.5), trigger=AtTime(5.0))

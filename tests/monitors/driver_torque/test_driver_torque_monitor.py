@@ -12,7 +12,7 @@ from tierod.core.recording import Recording
 from tierod.core.statuses import Status
 from tierod.monitors.driver_torque.definition import DRIVER_TORQUE
 from tierod.vehicles import load
-from tierod_lab.ground.cars.column_bench import ColumnBench
+from tierod_lab.ground.cars.benches import ColumnBench
 from tierod_lab.ground.courses.bench import BenchHands
 from tierod_lab.ground.run import run
 from tierod_lab.ground.scenarios import load as scenario

@@ -8,9 +8,8 @@ from exact_vehicle import diagnose
 from tierod.core.statuses import Status
 from tierod.monitors import diagnose as with_spread
 from tierod.vehicles import load
-from tierod_lab.ground import SensorSet, run
+from tierod_lab.ground import SensorSet, courses, run
 from tierod_lab.ground.cars import catalogue as cars
-from tierod_lab.ground.courses import catalogue as courses
 
 CAR = load("midsize-eps")
 CHANNELS = ("motor_torque", "steering_wheel_angle", "motor_angle_mechanical", "driver_torque")

@@ -10,7 +10,7 @@ import numpy as np
 
 from tierod.core.recording import Aligned
 from tierod_lab.ground import EpsCar, FrictionCourse, SensorSet, SingleTrack, drive
-from tierod_lab.ground.drives import CHANNELS
+from tierod_lab.ground.run import CHANNELS
 from tierod_lab.ground.steering.friction import Dahl
 from tierod_lab.papers.friction.refined import FrictionSample
 

@@ -13,7 +13,7 @@ from tierod.physics.aligning import weight_lever
 from tierod.physics.tyre import parking_torque
 from tierod.vehicles import load
 from tierod_lab.ground import EpsCar, run
-from tierod_lab.ground.courses.natural import NaturalDrive
+from tierod_lab.ground.courses.roads import NaturalDrive
 
 VEHICLE = load("midsize-eps")
 FILTER = PreslidingFrictionFilter.of_vehicle(VEHICLE)

@@ -8,7 +8,7 @@ import numpy as np
 
 from tierod.core.graph import scan
 from tierod.core.graph.trace import trace
-from tierod_lab.ground.cars.motor_bench import MotorBench
+from tierod_lab.ground.cars.benches import MotorBench
 
 RATE = 1e4
 SUBSTEPS = 10

@@ -18,7 +18,7 @@ from tierod.monitors.sideslip.tuning import CombinedTuning
 from tierod.vehicles import load
 from tierod_lab.ground import Sensor, SensorSet, run
 from tierod_lab.ground.cars import catalogue
-from tierod_lab.ground.courses.open_loop import RandomSteer
+from tierod_lab.ground.courses.manoeuvres import RandomSteer
 
 pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")
 

@@ -12,8 +12,8 @@ from exact_vehicle import diagnose
 from said import said
 from tierod_lab.ground import SensorSet, run
 from tierod_lab.ground.cars.catalogue import load
-from tierod_lab.ground.courses.conditions import Adhesion
-from tierod_lab.ground.courses.open_loop import AngleRamp, SineSteer
+from tierod_lab.ground.courses.course import Adhesion
+from tierod_lab.ground.courses.manoeuvres import AngleRamp, SineSteer
 from tierod_lab.ground.scenarios import load as load_scenario
 
 

@@ -15,7 +15,7 @@ from tierod.core.statuses import Status
 from tierod.monitors.sideslip.definition import TRACES
 from tierod_lab.ground import SensorSet, run
 from tierod_lab.ground.cars.catalogue import load as load_car
-from tierod_lab.ground.courses.open_loop import SineSteer
+from tierod_lab.ground.courses.manoeuvres import SineSteer
 
 VARIANT = "two-stage-kalman"
 NEEDED = ("vehicle_speed", "yaw_rate", "road_wheel_angle", "motor_current", "lateral_acceleration")

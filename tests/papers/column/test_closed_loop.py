@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from tierod_lab.ground.cars.column_bench import ColumnBench
+from tierod_lab.ground.cars.benches import ColumnBench
 from tierod_lab.papers.column.charts import differences
 from tierod_lab.papers.column.closed_loop import (
     BEGIN,

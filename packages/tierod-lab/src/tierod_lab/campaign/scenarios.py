@@ -13,8 +13,7 @@ from tierod.core.toml_document import Document
 from tierod_lab.campaign.matrix import CampaignFile, Level, Point, with_changes
 from tierod_lab.ground import scenarios
 from tierod_lab.ground.faults import Fault
-from tierod_lab.ground.scenarios import Scenario
-from tierod_lab.ground.scenarios.scenario import require_fault_free
+from tierod_lab.ground.scenarios import Scenario, require_fault_free
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 

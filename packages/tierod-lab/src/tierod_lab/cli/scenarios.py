@@ -64,8 +64,8 @@ def _kind_of(name: str, wanted: tuple[str, ...]) -> str:
 
 
 def _path(kind: str, name: str) -> Path:
+    from tierod_lab.ground import courses
     from tierod_lab.ground.cars import catalogue as cars
-    from tierod_lab.ground.courses import catalogue as courses
     from tierod_lab.ground.scenarios import SCENARIOS
 
     find: dict[str, Callable[[str], Path]] = {"scenarios": SCENARIOS.find, "cars": cars.find, "courses": courses.find}
@@ -74,7 +74,7 @@ def _path(kind: str, name: str) -> Path:
 
 def _to_begin_with(kind: str, name: str) -> str:
     from tierod.core.toml_document import Document
-    from tierod_lab.ground.scenarios.reader import named_files
+    from tierod_lab.ground.scenarios import named_files
 
     document = Document.read(_path(kind, name), kind.removesuffix("s"))
     text, folder = document.text, document.path.parent.resolve()

@@ -94,7 +94,7 @@ def _with_plant(scenario: Scenario, plant: Path) -> Scenario:
     from tierod.cli.terminal import messages
     from tierod.core.errors import ParameterError
     from tierod.core.toml_document import Document
-    from tierod_lab.ground.scenarios.plants import with_plant
+    from tierod_lab.ground.scenarios import with_plant
 
     if plant.suffix.lower() == ".fmu":
         raise ParameterError(f"{plant} is a unit; --plant takes the plant file (.toml) that maps its variables")

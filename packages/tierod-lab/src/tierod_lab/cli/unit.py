@@ -10,7 +10,8 @@ from tierod.export.subject import Subject, identifier, subject_of_block
 
 def unit_of(what: str, name: str) -> tuple[Subject, dict[str, float]]:
     """Subject of the export of a part of a scenario, and the usual values of its inputs."""
-    from tierod_lab.ground.control.assist import AssistController, Driving
+    from tierod_lab.ground.control import AssistController
+    from tierod_lab.ground.drivers import Driving
     from tierod_lab.ground.run import started, usual_inputs
     from tierod_lab.ground.scenarios import load
 

@@ -9,11 +9,11 @@ import numpy as np
 
 from tierod.core.recording import Channel, Recording
 from tierod_lab.ground import SensorSet, drive
-from tierod_lab.ground.cars.eps_car import EpsCar
+from tierod_lab.ground.cars.road_cars import EpsCar
 from tierod_lab.ground.chassis.two_track import TwoTrack
 from tierod_lab.ground.chassis.tyres import TYRES
-from tierod_lab.ground.courses.natural import City, Country, Motorway
-from tierod_lab.ground.drives import CHANNELS
+from tierod_lab.ground.courses.roads import City, Country, Motorway
+from tierod_lab.ground.run import CHANNELS
 from tierod_lab.ground.scatter import Scatter
 
 _CARS, _ROADS = 77, 78  # Numbers of the random streams of cars and roads

@@ -1,10 +1,9 @@
 """The virtual test vehicle: cars, drivers, courses, sensors and faults; never imported by a monitor."""
 
-from tierod_lab.ground.cars.eps_car import EpsCar
+from tierod_lab.ground.cars.road_cars import EpsCar
 from tierod_lab.ground.chassis import SingleTrack, TwoTrack
-from tierod_lab.ground.courses.natural import Bends, City, Country, Motorway
-from tierod_lab.ground.drives import FrictionCourse, drive, lock_to_lock, with_friction
-from tierod_lab.ground.run import Outcome, run
+from tierod_lab.ground.courses.roads import Bends, City, Country, Motorway
+from tierod_lab.ground.run import FrictionCourse, Outcome, drive, lock_to_lock, run, with_friction
 from tierod_lab.ground.scatter import Scatter
 from tierod_lab.ground.sensors import Sensor, SensorSet
 from tierod_lab.ground.steering.column_eps import ColumnEps

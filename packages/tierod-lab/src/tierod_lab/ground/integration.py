@@ -1,4 +1,4 @@
-"""Integration of a plant in one step of a stiff method, and plants with parameters as inputs."""
+"""Integration of a plant in one step of a stiff method, motion along a path, and plants with parameters as inputs."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ import dataclasses
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
-from typing import Annotated, Any, TypeVar, get_type_hints
+from typing import Annotated, Any, NamedTuple, TypeVar, get_type_hints
 
 from tierod.core.block import Scalar, Tree, leaves, named_tuple, rebuild, tuning, values_of
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.graph.derivatives import jacobian
-from tierod_lab.ground.parts import Loads, Memory, Motion, Plant, Steering
+from tierod.core.graph.maths import cos, maximum, sin
+from tierod_lab.ground.parts import Loads, Memory, Motion, Plant, Reaction, Steering
 
 State = TypeVar("State")
 
@@ -223,3 +224,53 @@ def _changed(part: Any, values: Tree) -> Any:
 
 def _get(part: Any, name: str) -> Any:
     return part[int(name.removeprefix(_ITEM))] if name.startswith(_ITEM) else getattr(part, name)
+
+
+INSIDE = 0.2
+"""Lower bound of 1 - curvature * offset, since the coordinates along the path are singular at a bend's centre [-]."""
+
+
+class Path(NamedTuple):
+    """Motion along a path; the offset is positive to its left, the heading is over ground."""
+
+    distance: Scalar  # distance of the nearest point of the path, along the path [m]
+    lateral_offset: Scalar  # offset of the car from this point [m]
+    heading_error: Scalar  # heading of the car relative to the path [rad]
+    heading: Scalar  # heading of the car over ground [rad]
+
+
+START = Path(0.0, 0.0, 0.0, 0.0)
+
+
+def path_rate(path: Path, reaction: Reaction, curvature: Scalar) -> Path:
+    """Rate of change of the motion along a path.
+
+    Args:
+        curvature: curvature of the path [1/m]
+
+    Source: Frenet frame; Rajamani, Vehicle Dynamics and Control (2012), section 2.5, without its small angles.
+    """
+    along, across = cos(path.heading_error), sin(path.heading_error)
+    forward = reaction.speed * along - reaction.lateral_speed * across
+    distance_rate = forward / maximum(1.0 - curvature * path.lateral_offset, INSIDE)
+    sideways = reaction.speed * across + reaction.lateral_speed * along
+    return Path(distance_rate, sideways, reaction.yaw_rate - curvature * distance_rate, reaction.yaw_rate)
+
+
+def moved(position: tuple[Scalar, Scalar], reaction: Reaction, heading: Scalar, step: Scalar) -> tuple[Scalar, Scalar]:
+    """Coordinates over ground after a step [m].
+
+    Args:
+        position: coordinates before the step, x ahead and y to the left of the initial heading [m]
+        heading: heading at the start of the step [rad]
+        step: sampling interval [s]
+
+    Computed once per step with the speeds at its start: the accumulated error is at most half a step times the change
+    of speed.
+    """
+    middle = heading + 0.5 * step * reaction.yaw_rate
+    along, across = cos(middle), sin(middle)
+    return (
+        position[0] + step * (reaction.speed * along - reaction.lateral_speed * across),
+        position[1] + step * (reaction.speed * across + reaction.lateral_speed * along),
+    )

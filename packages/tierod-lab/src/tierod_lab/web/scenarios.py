@@ -25,7 +25,6 @@ def catalogue() -> dict[str, Any]:
     from tierod.core.toml_document import Document
     from tierod_lab.ground import courses
     from tierod_lab.ground.cars import catalogue as cars
-    from tierod_lab.ground.courses import catalogue as course_files
     from tierod_lab.ground.faults import FAULTS
     from tierod_lab.ground.scenarios import SCENARIOS
 
@@ -46,7 +45,7 @@ def catalogue() -> dict[str, Any]:
     return {
         "scenarios": listed(SCENARIOS, SCENARIOS.find, "scenario"),
         "cars": listed(cars.shipped(), cars.find, "car"),
-        "courses": listed(courses.shipped(), course_files.find, "course"),
+        "courses": listed(courses.shipped(), courses.find, "course"),
         "faults": faults,
     }
 

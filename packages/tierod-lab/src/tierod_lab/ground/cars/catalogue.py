@@ -14,12 +14,8 @@ from tierod.core.fields import hints, meaning, members, numbers, replaced
 from tierod.core.files import expanded
 from tierod.core.toml import build, flat, kind_name, override
 from tierod.core.toml_document import Document, Location
-from tierod_lab.ground.cars.active_front_car import ActiveFrontCar
-from tierod_lab.ground.cars.column_bench import ColumnBench
-from tierod_lab.ground.cars.demonstrator_car import DemonstratorCar
-from tierod_lab.ground.cars.eps_car import EpsCar, PmEpsCar
-from tierod_lab.ground.cars.motor_bench import MotorBench
-from tierod_lab.ground.cars.steer_by_wire_car import SteerByWireCar
+from tierod_lab.ground.cars.benches import ColumnBench, MotorBench
+from tierod_lab.ground.cars.road_cars import ActiveFrontCar, DemonstratorCar, EpsCar, PmEpsCar, SteerByWireCar
 from tierod_lab.ground.chassis import TYRES, SingleTrack, TwoTrack, Tyre
 from tierod_lab.ground.parts import Plant
 from tierod_lab.ground.steering.column_eps import ColumnEps

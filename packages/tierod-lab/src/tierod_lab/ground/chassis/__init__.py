@@ -1,8 +1,7 @@
 """Body, wheels and tyres of the virtual cars."""
 
 from tierod_lab.ground.chassis.single_track import SingleTrack, SingleTrackMotion
-from tierod_lab.ground.chassis.suspension import Axle, Kingpins
-from tierod_lab.ground.chassis.two_track import TwoTrack, TwoTrackMotion, demonstrator
+from tierod_lab.ground.chassis.two_track import Axle, Kingpins, TwoTrack, TwoTrackMotion, demonstrator
 from tierod_lab.ground.chassis.tyres import TYRES, Tyre
 
 __all__ = [

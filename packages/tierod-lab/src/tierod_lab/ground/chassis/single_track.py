@@ -20,9 +20,8 @@ from tierod.physics.tyre import (
     relaxation_speed,
     twist_rate,
 )
-from tierod_lab.ground.chassis.resistances import holding_friction, rolling_resistance
-from tierod_lab.ground.chassis.suspension import OnTwoAxles
-from tierod_lab.ground.chassis.tyres import LEAST_ADHESION, TREAD_LAG, hub
+from tierod_lab.ground.chassis.two_track import OnTwoAxles
+from tierod_lab.ground.chassis.tyres import LEAST_ADHESION, TREAD_LAG, holding_friction, hub, rolling_resistance
 from tierod_lab.ground.parts import Reaction, Road, Steer, Wheels, Wind
 
 

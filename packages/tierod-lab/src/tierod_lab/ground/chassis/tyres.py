@@ -1,4 +1,4 @@
-"""Parameters of tyres for the Magic Formula, and forces of the contact patch of one wheel."""
+"""Tyres with the Magic Formula, forces of one contact patch, and resistances of air and rolling."""
 
 from __future__ import annotations
 
@@ -11,6 +11,69 @@ from tierod.core.fields import NOT_NEGATIVE, POSITIVE, Range
 from tierod.core.graph.maths import limit, maximum, sin, sqrt
 from tierod.physics.magic_formula import combined_forces, friction_at_load, stiffness_per_load, trail
 from tierod.physics.tyre import bounded_relaxation_rate, relaxation_speed
+
+AIR_DENSITY = 1.2  # Density of dry air at 20 degC and 1013 hPa [kg/m**3]
+
+
+class AirForces(NamedTuple):
+    """Aerodynamic forces on a car along and across its body [N], and yaw moment [N*m]."""
+
+    longitudinal: Scalar
+    lateral: Scalar
+    yaw_moment: Scalar
+
+
+def air_forces(
+    forward: Scalar, sideways: Scalar, drag_area: Scalar, side_area: Scalar, lead: Scalar, density: Scalar = AIR_DENSITY
+) -> AirForces:
+    """Aerodynamic forces [N] and yaw moment [N*m] at the centre of gravity.
+
+    Args:
+        forward: speed of the car through the air, along the body [m/s]
+        sideways: the same across the body, to the left [m/s]
+        drag_area: drag coefficient times frontal area [m**2], about 0.65
+        side_area: slope of the side force coefficient over the flow angle, times frontal area [m**2], about 5
+        lead: distance of the side force ahead of the centre of gravity [m]
+        density: of the air [kg/m**3]
+
+    Validity: flow angles up to about 25 degrees, the range of measured slopes; without lift and roll moment.
+    Source: Mitschke and Wallentowitz, Dynamik der Kraftfahrzeuge, 5th ed., section 3.1: F = c A rho/2 V^2, with the
+    sine of the flow angle in the place of the angle, and drag along the body.
+    """
+    pressure = 0.5 * density * sqrt(forward * forward + sideways * sideways)
+    side = -side_area * pressure * sideways
+    return AirForces(-drag_area * pressure * forward, side, lead * side)
+
+
+def rolling_resistance(load: Scalar, coefficient: Scalar) -> Scalar:
+    """Largest force [N] of the rolling resistance; like dry friction, it holds a wheel at rest on a slight grade.
+
+    Args:
+        load: vertical load [N]
+        coefficient: 0.008 to 0.015 on asphalt [-]
+
+    Source: Mitschke and Wallentowitz, Dynamik der Kraftfahrzeuge, 5th ed., section 2.1: F = f Fz.
+    """
+    return coefficient * load
+
+
+def holding_friction(
+    speed: Scalar, driving: Scalar, greatest: Scalar, inertia: Scalar, stopping_time: Scalar
+) -> Scalar:
+    """Dry friction [N or N*m] that stops a body, then holds it against the driving force, without reversing its motion.
+
+    Args:
+        speed: of the body [m/s or rad/s]
+        driving: sum of all other forces or torques on it [N or N*m]
+        greatest: largest friction of the brake or the bearing, not negative [N or N*m]
+        inertia: of the body [kg or kg*m**2]
+        stopping_time: time constant with which the remaining speed decays [s]; above half the step of an integration
+
+    Coulomb's law in motion (the largest friction opposes it), equilibrium at rest: while the friction suffices, the
+    speed obeys v' = -v/T, so that it decays without a change of sign and nothing creeps. The result is subtracted in a
+    balance.
+    """
+    return limit(driving + inertia / stopping_time * speed, -greatest, greatest)
 
 
 @dataclass(frozen=True)
@@ -51,7 +114,6 @@ class Tyre:
 
 
 SUMMER = Tyre()
-
 WINTER = replace(
     SUMMER,
     cornering_stiffness=18.0,
@@ -62,7 +124,6 @@ WINTER = replace(
     rolling_coefficient=0.012,
 )
 """Soft blocks with sipes: a quarter less stiff than the summer tyre, less adhesion on a dry road. Assumed."""
-
 WORN = replace(
     SUMMER,
     cornering_stiffness=27.5,
@@ -73,7 +134,6 @@ WORN = replace(
     rolling_coefficient=0.009,
 )
 """Old, hard tyre with little tread: stiffer, with less adhesion. Assumed."""
-
 LOW_PRESSURE = replace(
     SUMMER,
     cornering_stiffness=20.0,
@@ -86,7 +146,6 @@ LOW_PRESSURE = replace(
     rolling_coefficient=0.014,
 )
 """Inflation pressure a third too low: a soft carcass and a long contact patch. Assumed."""
-
 SPORT = replace(
     SUMMER,
     cornering_stiffness=29.0,
@@ -100,16 +159,12 @@ SPORT = replace(
     twist_angle=math.radians(1.6),
 )
 """Wide tyre with low side walls: stiff, with short relaxation lengths and a short patch. Assumed."""
-
 TYRES = {"summer": SUMMER, "winter": WINTER, "worn": WORN, "low pressure": LOW_PRESSURE, "sport": SPORT}
 """Tyres by the name of their kind, the noise factor of a study."""
 
-
 LEAST_ADHESION = 0.01  # Lower bound of the adhesion, which keeps the slip normalised by the friction finite [-]
-
 TREAD_LAG = 1e-3
 """Time constant of the tread relative to the rim, which keeps spinning or locked wheels stable at steps of 1 ms [s]."""
-
 REVERSING = 0.1  # Speed range in which the trail changes sign, since the patch rolls backwards when reversing [m/s]
 
 

@@ -11,9 +11,8 @@ import numpy as np
 
 from tierod.core.errors import ParameterError
 from tierod.core.fields import COUNT, NOT_NEGATIVE, POSITIVE, SHARE
-from tierod_lab.ground.courses.base import Described
-from tierod_lab.ground.courses.conditions import Acting, Tremor
-from tierod_lab.ground.courses.course import Columns, Repeated, Start, smooth_noise
+from tierod_lab.ground.courses.course import Acting, Columns, Repeated, Start, Tremor, smooth_noise
+from tierod_lab.ground.courses.way import Described
 
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 """Golden ratio: phases of this ratio times the squared number of a sine keep the peak of a multisine low."""

@@ -1,16 +1,19 @@
-"""Courses: inputs of a car over time and distance, piece by piece, and the curves on which they are based."""
+"""Courses: inputs of a car over time and distance, their curves, and conditions of road, wind and hands."""
 
 from __future__ import annotations
 
-from typing import Annotated, NamedTuple, Protocol
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Annotated, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
-from tierod.core.fields import NOT_NEGATIVE
+from tierod.core.errors import ParameterError
+from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE, SHARE
 
 Columns = dict[str, np.ndarray]
 """Values by dotted name of `tierod_lab.ground.parts`: "road.curvature", "demand.speed", "wind.crosswind_speed"."""
-
 FACTORS = frozenset(
     (
         "road.adhesion_left",
@@ -136,3 +139,235 @@ def band_limited(
     spectrum = inside * np.exp(2j * np.pi * generator.random(len(frequency)))
     curve = np.fft.irfft(spectrum, count)
     return curve / np.std(curve)
+
+
+@dataclass(frozen=True)
+class During:
+    """Time window of a condition, with smooth fading; the whole drive by default."""
+
+    start: Annotated[float, "s", ANY] = -math.inf
+    end: Annotated[float, "s", ANY] = math.inf
+    ramp: Annotated[float, "s", NOT_NEGATIVE] = 0.0
+    every: Annotated[float, "s", POSITIVE] = math.inf
+
+    def __post_init__(self) -> None:
+        _in_order(self.start, self.end, "s")
+
+    def share(self, time: np.ndarray, distance: np.ndarray) -> np.ndarray | float | None:
+        return _share(time, self.start, self.end, self.ramp, self.every)
+
+
+@dataclass(frozen=True)
+class Along:
+    """Window of a condition along the path, with smooth fading."""
+
+    start: Annotated[float, "m", ANY] = -math.inf
+    end: Annotated[float, "m", ANY] = math.inf
+    ramp: Annotated[float, "m", NOT_NEGATIVE] = 0.0
+    every: Annotated[float, "m", POSITIVE] = math.inf
+
+    def __post_init__(self) -> None:
+        _in_order(self.start, self.end, "m")
+
+    def share(self, time: np.ndarray, distance: np.ndarray) -> np.ndarray | float | None:
+        return _share(distance, self.start, self.end, self.ramp, self.every)
+
+
+Window = During | Along
+
+
+def _in_order(start: float, end: float, unit: str) -> None:
+    if not start < end:
+        raise ParameterError(f"a window from {start:g} to {end:g} {unit} is empty; let its end come after its start")
+
+
+def _share(place: np.ndarray, start: float, end: float, ramp: float, every: float) -> np.ndarray | float | None:
+    if every < math.inf:
+        first = start if start > -math.inf else 0.0
+        place = np.where(place < start, place, first + np.mod(place - first, every))
+    # Places ascend within a piece, so its ends suffice to see that it lies outside the window.
+    elif place[-1] < start or place[0] > end:
+        return None
+    elif start == -math.inf and end == math.inf:
+        return 1.0
+    if ramp == 0.0:
+        return ((place >= start) & (place < end)).astype(float)
+    inside = np.minimum(np.minimum(place - start, end - place) / ramp, 1.0)
+    inside = np.maximum(inside, 0.0)
+    return inside * inside * (3.0 - 2.0 * inside)
+
+
+Acting = Callable[[np.ndarray, np.ndarray], Columns]
+"""(instants [s], distances [m]) -> columns that are combined with those of the course."""
+
+
+@dataclass(frozen=True)
+class _Steady:
+    window: Window = field(default_factory=During)
+
+    def acting(self, generator: np.random.Generator) -> Acting:
+        levels, usual = self._levels(), self._usual
+
+        def act(time: np.ndarray, distance: np.ndarray) -> Columns:
+            share = self.window.share(time, distance)
+            if share is None:
+                return {}
+            around = np.full(len(time), usual)
+            return {name: around + share * (level - usual) for name, level in levels.items()}
+
+        return act
+
+    _usual = 0.0
+
+    def _levels(self) -> dict[str, float]:
+        raise NotImplementedError
+
+
+class _Share(_Steady):
+    _usual = 1.0
+
+
+@dataclass(frozen=True)
+class Adhesion(_Share):
+    """A road with less adhesion than dry asphalt, on both sides or on one."""
+
+    left: Annotated[float, "", SHARE] = 1.0
+    right: Annotated[float, "", SHARE] = 1.0
+
+    def _levels(self) -> dict[str, float]:
+        return {"road.adhesion_left": self.left, "road.adhesion_right": self.right}
+
+
+@dataclass(frozen=True)
+class Slope(_Steady):
+    """A road that is not level."""
+
+    bank: Annotated[float, "rad", ANY] = 0.0
+    grade: Annotated[float, "rad", ANY] = 0.0
+
+    def _levels(self) -> dict[str, float]:
+        return {"road.bank_angle": self.bank, "road.grade_angle": self.grade}
+
+
+@dataclass(frozen=True)
+class Breeze(_Steady):
+    """Steady wind."""
+
+    crosswind: Annotated[float, "m/s", ANY] = 0.0
+    headwind: Annotated[float, "m/s", ANY] = 0.0
+
+    def _levels(self) -> dict[str, float]:
+        return {"wind.crosswind_speed": self.crosswind, "wind.headwind_speed": self.headwind}
+
+
+@dataclass(frozen=True)
+class HandTorque(_Steady):
+    """Torque of the hands in addition to that of the arms."""
+
+    torque: Annotated[float, "N*m", ANY] = 0.0
+
+    def _levels(self) -> dict[str, float]:
+        return {"demand.hand_torque": self.torque}
+
+
+@dataclass(frozen=True)
+class Grip(_Share):
+    """Grip of the hands on the wheel."""
+
+    share: Annotated[float, "", SHARE] = 0.0  # share of the arms' stiffness and damping; 0 is hands off
+
+    def _levels(self) -> dict[str, float]:
+        return {"demand.grip": self.share}
+
+
+@dataclass(frozen=True)
+class Attention(_Share):
+    """Attention of the driver to the lane."""
+
+    share: Annotated[float, "", SHARE] = 0.0  # share of the lateral offset that the driver corrects; 0 is inattentive
+
+    def _levels(self) -> dict[str, float]:
+        return {"demand.attention": self.share}
+
+
+@dataclass(frozen=True)
+class _Random:
+    window: Window = field(default_factory=During)
+
+    def _within(self, name: str, values: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Acting:
+        def act(time: np.ndarray, distance: np.ndarray) -> Columns:
+            share = self.window.share(time, distance)
+            return {} if share is None else {name: share * values(time, distance)}
+
+        return act
+
+
+@dataclass(frozen=True)
+class _Wandering(_Random):
+    deviation: float = 0.0
+    shortest: float = 0.0
+    longest: float = 0.0
+
+    _column: ClassVar[str]
+    _step: ClassVar[float]
+    _over_distance: ClassVar[bool] = False
+
+    def acting(self, generator: np.random.Generator) -> Acting:
+        noise = smooth_noise(generator, self.shortest, self.longest, self._step)
+        curve = Repeated(self.deviation * noise, self._step)
+        return self._within(self._column, lambda time, distance: curve.at(distance if self._over_distance else time))
+
+
+@dataclass(frozen=True)
+class Restlessness(_Wandering):
+    """Small unnecessary steering corrections, as human drivers make them all the time."""
+
+    deviation: Annotated[float, "rad", NOT_NEGATIVE] = 0.025
+    shortest: Annotated[float, "s", POSITIVE] = 0.4
+    longest: Annotated[float, "s", POSITIVE] = 1.0
+
+    _column, _step = "demand.steering_wheel_angle", 0.02
+
+
+@dataclass(frozen=True)
+class Tremor(_Random):
+    """Tremor of the hands: a torque near one frequency with random amplitude."""
+
+    deviation: Annotated[float, "N*m", NOT_NEGATIVE] = 0.05
+    frequency: Annotated[float, "Hz", POSITIVE] = 9.0
+
+    def acting(self, generator: np.random.Generator) -> Acting:
+        rate, step = 2.0 * math.pi * self.frequency, 0.05
+        sine = Repeated(self.deviation * smooth_noise(generator, 0.3, 1.0, step), step)
+        cosine = Repeated(self.deviation * smooth_noise(generator, 0.3, 1.0, step), step)
+
+        def torque(time: np.ndarray, distance: np.ndarray) -> np.ndarray:
+            return np.asarray(sine.at(time) * np.sin(rate * time) + cosine.at(time) * np.cos(rate * time))
+
+        return self._within("demand.hand_torque", torque)
+
+
+@dataclass(frozen=True)
+class Gusts(_Wandering):
+    """Random gusts of wind across the road."""
+
+    deviation: Annotated[float, "m/s", NOT_NEGATIVE] = 2.0
+    shortest: Annotated[float, "s", POSITIVE] = 0.7
+    longest: Annotated[float, "s", POSITIVE] = 4.0
+
+    _column, _step = "wind.crosswind_speed", 0.05
+
+
+@dataclass(frozen=True)
+class Unevenness(_Wandering):
+    """Waves and ruts: random variation of the road's crossfall over a few metres."""
+
+    deviation: Annotated[float, "rad", NOT_NEGATIVE] = 0.004
+    shortest: Annotated[float, "m", POSITIVE] = 3.0
+    longest: Annotated[float, "m", POSITIVE] = 15.0
+
+    _column, _step = "road.bank_angle", 0.5
+    _over_distance = True
+
+
+AnyCondition = Adhesion | Slope | Breeze | HandTorque | Grip | Attention | Restlessness | Tremor | Gusts | Unevenness

@@ -2,31 +2,29 @@
 
 from tierod_lab.ground.faults.behaviours import (
     BEHAVIOURS,
+    BitFlip,
     Course,
+    Delay,
+    Drift,
+    DropOut,
+    Gain,
     Intermittent,
+    Noise,
+    Offset,
+    Outlier,
     Ramp,
     Scale,
     Sluggish,
+    Spikes,
     Step,
+    Stuck,
     TorqueLoss,
+    TotalLoss,
     WithTemperature,
 )
 from tierod_lab.ground.faults.fault import Always, AtDistance, AtTime, Effect, Fault, When, Within, trigger_of
 from tierod_lab.ground.faults.reading import FAULTS, FaultFile, fault_of, load, shipped
 from tierod_lab.ground.faults.schedule import Schedule, injected
-from tierod_lab.ground.faults.signals import (
-    BitFlip,
-    Delay,
-    Drift,
-    DropOut,
-    Gain,
-    Noise,
-    Offset,
-    Outlier,
-    Spikes,
-    Stuck,
-    TotalLoss,
-)
 
 __all__ = [
     "BEHAVIOURS",

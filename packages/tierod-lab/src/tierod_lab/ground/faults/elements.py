@@ -12,8 +12,16 @@ from tierod.core.fields import Meaning, Number, Range, hints, meaning, numbers
 from tierod.core.graph.trace import trace
 from tierod.core.signals import SIGNALS
 from tierod.core.toml import kind_name
-from tierod_lab.ground.faults.behaviour import ACTUATOR, LOOP, PARAMETER, SIGNAL, SURROUNDING, Behaviour
-from tierod_lab.ground.faults.behaviours import BEHAVIOURS, Sluggish
+from tierod_lab.ground.faults.behaviours import (
+    ACTUATOR,
+    BEHAVIOURS,
+    LOOP,
+    PARAMETER,
+    SIGNAL,
+    SURROUNDING,
+    Behaviour,
+    Sluggish,
+)
 from tierod_lab.ground.parts import Demand, Plant, Road, Wind
 from tierod_lab.ground.recorder import channel_names, declared_units
 from tierod_lab.ground.sensors import SensorSet

@@ -16,8 +16,7 @@ from tierod.core.fields import NOT_NEGATIVE, POSITIVE, check_ranges
 from tierod.core.toml import build, kind_name
 from tierod.core.toml_document import Document
 from tierod.core.units import scale
-from tierod_lab.ground.faults.behaviour import Behaviour
-from tierod_lab.ground.faults.behaviours import AnyBehaviour
+from tierod_lab.ground.faults.behaviours import AnyBehaviour, Behaviour
 
 
 @dataclass(frozen=True)

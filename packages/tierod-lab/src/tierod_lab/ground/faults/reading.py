@@ -13,8 +13,7 @@ from tierod.core.fields import NOT_NEGATIVE, POSITIVE, Meaning, Range, hints, me
 from tierod.core.plugins import FileRegistry
 from tierod.core.toml import SIGNAL_UNIT, Builder, build, kind_name
 from tierod.core.toml_document import Document, Location
-from tierod_lab.ground.faults.behaviour import Behaviour
-from tierod_lab.ground.faults.behaviours import BEHAVIOURS, AnyBehaviour, Intermittent
+from tierod_lab.ground.faults.behaviours import BEHAVIOURS, AnyBehaviour, Behaviour, Intermittent
 from tierod_lab.ground.faults.elements import unit_without_car
 from tierod_lab.ground.faults.fault import (
     Always,

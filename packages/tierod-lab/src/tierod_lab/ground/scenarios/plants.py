@@ -4,25 +4,25 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from tierod.core.block import tuning
 from tierod.core.fields import numbers, replaced
-from tierod.core.files import expanded, sha256_of
+from tierod.core.files import expanded
 from tierod.core.signals import SIGNALS
 from tierod.core.toml import build, kind_name
 from tierod.core.toml_document import Document
 from tierod_lab.ground.cars.catalogue import VirtualCar, by_path, parts_of
-from tierod_lab.ground.courses import AnyCourse, Start
+from tierod_lab.ground.cars.unit_car import USUAL_STEP, PlantFile, UnitCar, Variables, described, offered
+from tierod_lab.ground.courses import AnyCourse
+from tierod_lab.ground.courses.course import Start
 from tierod_lab.ground.faults.reading import fault_in_words
 from tierod_lab.ground.parts import Plant
-from tierod_lab.ground.scenarios.scenario import Scenario, require_fault_free
-from tierod_lab.ground.units.car import USUAL_STEP, PlantFile, UnitCar, Variables, described, offered
 
 
-def facts(scenario: Scenario) -> list[tuple[str, str]]:
+def facts(scenario: Any) -> list[tuple[str, str]]:
     """Facts about a scenario, as pairs of label and text."""
     parts = ", ".join(part for place, part in parts_of(scenario.car).items() if "." not in place)
     sensors = scenario.sensors
@@ -40,7 +40,7 @@ def facts(scenario: Scenario) -> list[tuple[str, str]]:
     return found + [("fault", text) for text in map(fault_in_words, scenario.faults)]
 
 
-def _changes(scenario: Scenario) -> list[tuple[str, Any]]:
+def _changes(scenario: Any) -> list[tuple[str, Any]]:
     table = scenario.document.content["car"]
     if not isinstance(table, Mapping):
         return []
@@ -48,7 +48,7 @@ def _changes(scenario: Scenario) -> list[tuple[str, Any]]:
     return [*tyres, *by_path(table.get("parts", {})).items(), *by_path(table.get("parameters", {})).items()]
 
 
-def scenario_document(scenario: Scenario) -> dict[str, Any]:
+def scenario_document(scenario: Any) -> dict[str, Any]:
     """A scenario as plain data."""
     return {
         "name": scenario.name,
@@ -123,20 +123,10 @@ def plant_car(document: Document, own: Plant) -> tuple[UnitCar, list[str]]:
     return car, variables.assumed
 
 
-def native_code(scenarios: Iterable[Scenario]) -> tuple[str, ...]:
+def native_code(scenarios: Iterable[Any]) -> tuple[str, ...]:
     """A caution for each unit that computes a car of these scenarios; none where all cars are of tierod's own model."""
     paths = dict.fromkeys(each.car.path for each in scenarios if isinstance(each.car, UnitCar))
     return tuple(
         f"{path} runs its own native code on this computer, with all your rights; run only units that you trust"
         for path in paths
     )
-
-
-def with_plant(scenario: Scenario, document: Document) -> tuple[Scenario, list[str]]:
-    """A scenario with a unit in place of its car, and remarks for the user, in sentences."""
-    car, assumed = plant_car(document, scenario.car)
-    files = {**scenario.files, car.path.name: sha256_of(car.path)}
-    driven = replace(scenario, car=car, car_name=car.path.stem, files=files)
-    require_fault_free(driven)
-    said = f"the unit states no unit of measurement for {', '.join(assumed)}: taken as they are"
-    return driven, [said] if assumed else []

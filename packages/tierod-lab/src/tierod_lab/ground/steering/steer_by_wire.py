@@ -11,9 +11,8 @@ from tierod.core.fields import NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.physics.friction import viscous
 from tierod.physics.steering_ratio import column_torque_of_motor
 from tierod_lab.ground.parts import Hand, Loads, Memory, Steer
+from tierod_lab.ground.steering import Linkage, Motor, Resistance
 from tierod_lab.ground.steering.friction import Dahl, DryFriction
-from tierod_lab.ground.steering.linkage import Linkage, Resistance
-from tierod_lab.ground.steering.shaft import Motor
 
 
 class HandWheelMotion(NamedTuple):

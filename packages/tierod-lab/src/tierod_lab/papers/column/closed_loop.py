@@ -12,7 +12,7 @@ from tierod.core.block import Block, Scalar, Tree, rebuild, skeleton
 from tierod.core.graph import Result, scan
 from tierod.models.steering_column import ColumnOutput, ColumnParameters, without_gear
 from tierod.vehicles import load
-from tierod_lab.ground.cars.column_bench import Acting, BenchPorts, BenchSignals, BenchState, ColumnBench
+from tierod_lab.ground.cars.benches import Acting, BenchPorts, BenchSignals, BenchState, ColumnBench
 from tierod_lab.ground.parts import NO_FAULT
 from tierod_lab.papers.column import swept_bench
 from tierod_lab.papers.column.control.position_control import ObservedColumn, PositionControl

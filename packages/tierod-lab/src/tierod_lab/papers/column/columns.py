@@ -16,7 +16,7 @@ from tierod.models.column_observation import linear_column, with_disturbance_sta
 from tierod.models.linear import LinearSystem, modes
 from tierod.models.steering_column import SPRINGS, ColumnParameters, SteeringColumn, TwoInertiaColumn, without_gear
 from tierod.vehicles import load
-from tierod_lab.ground.cars.column_bench import ColumnBench
+from tierod_lab.ground.cars.benches import ColumnBench
 from tierod_lab.papers.column.model_reduction import Reduction, balanced_reduction, modal_reduction
 
 SETS: Mapping[str, ColumnParameters] = {

@@ -19,11 +19,11 @@ from tierod.monitors.driver_torque.evidence import TRUTH
 from tierod.monitors.driver_torque.hands import OFF, THRESHOLDS, HandsMonitor, Tolerance
 from tierod.monitors.driver_torque.observer import ColumnObserver, DelayedHandTorque
 from tierod.vehicles import Vehicle, load
+from tierod_lab.ground.cars.benches import ColumnBench
 from tierod_lab.ground.cars.catalogue import load as load_car
-from tierod_lab.ground.cars.column_bench import ColumnBench
+from tierod_lab.ground.courses import AnyCourse
 from tierod_lab.ground.courses import load as load_course
-from tierod_lab.ground.courses.catalogue import AnyCourse
-from tierod_lab.ground.courses.conditions import During, Grip, Tremor
+from tierod_lab.ground.courses.course import During, Grip, Tremor
 from tierod_lab.ground.run import run
 from tierod_lab.ground.sensors import SensorSet
 from tierod_lab.ground.steering.friction import Coulomb, Dahl, DahlPower, DryFriction, Law, LuGre, MaxwellSlip, Stribeck

@@ -12,7 +12,7 @@ import numpy as np
 from tierod.core.graph import Memory, scan
 from tierod.core.graph.kernel import kernel
 from tierod.monitors.driver_torque.hands import UNCERTAIN, HandsMonitor
-from tierod_lab.ground.cars.column_bench import ColumnBench
+from tierod_lab.ground.cars.benches import ColumnBench
 from tierod_lab.ground.courses.bench import BenchHands
 from tierod_lab.papers.column.columns import SCATTERED
 

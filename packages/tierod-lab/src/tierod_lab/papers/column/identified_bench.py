@@ -12,10 +12,10 @@ from tierod.core.recording import Channel, Recording
 from tierod.methods.identification.bench_recording import BenchRecording, bench_recording
 from tierod.methods.identification.sampled_column import BenchParameters
 from tierod.vehicles import load
-from tierod_lab.ground.cars.column_bench import Acting, ColumnBench
+from tierod_lab.ground.cars.benches import Acting, ColumnBench
 from tierod_lab.ground.courses.bench import BenchMultisine, BenchRamps, BenchSweep, BenchTorque
+from tierod_lab.ground.steering import Ripple
 from tierod_lab.ground.steering.friction import Dahl, DahlPower, DryFriction, Law, LuGre, MaxwellSlip, Stribeck
-from tierod_lab.ground.steering.shaft import Ripple
 from tierod_lab.papers.column.swept_bench import NOISE
 
 SAMPLE_TIME = 1e-3  # Sampling interval [s]

@@ -16,7 +16,7 @@ from tierod.methods.identification.sampled_column import BenchParameters, Sample
 from tierod.models.column_observation import linear_column, with_outputs
 from tierod.models.linear import LinearSystem, sampled
 from tierod.models.steering_column import SteeringColumn
-from tierod_lab.ground.cars.column_bench import Acting, BenchPorts, ColumnBench
+from tierod_lab.ground.cars.benches import Acting, BenchPorts, ColumnBench
 from tierod_lab.ground.courses.bench import BenchSweep
 from tierod_lab.ground.parts import NO_FAULT
 from tierod_lab.methods.ranks import observability_matrix, pbh_rank, scaled_rank, unscaled_rank

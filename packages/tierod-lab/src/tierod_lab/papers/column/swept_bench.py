@@ -14,7 +14,7 @@ from tierod.core.graph import scan
 from tierod.core.graph.maths import limit
 from tierod.models.steering_column import ColumnParameters
 from tierod.vehicles import load
-from tierod_lab.ground.cars.column_bench import Acting, BenchPorts, BenchSignals, BenchState, ColumnBench
+from tierod_lab.ground.cars.benches import Acting, BenchPorts, BenchSignals, BenchState, ColumnBench
 from tierod_lab.ground.parts import NO_FAULT
 
 AMPLITUDE = math.radians(30.0)  # Amplitude of the sweep, as in figure 10 of the paper [rad]

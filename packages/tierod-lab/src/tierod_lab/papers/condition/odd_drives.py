@@ -10,9 +10,9 @@ import numpy as np
 
 from tierod.core.recording import Channel, Recording
 from tierod.core.statuses import Status
-from tierod_lab.ground.courses.catalogue import AnyCourse, load
-from tierod_lab.ground.courses.circuit import Circuit, Halt
-from tierod_lab.ground.courses.conditions import Adhesion, Along
+from tierod_lab.ground.courses import AnyCourse, load
+from tierod_lab.ground.courses.course import Adhesion, Along
+from tierod_lab.ground.courses.roads import Circuit, Halt
 from tierod_lab.ground.run import run
 from tierod_lab.papers.condition.drives import SENSORS, TARGETS, Drive
 from tierod_lab.papers.condition.recorded import as_recorded, recorded

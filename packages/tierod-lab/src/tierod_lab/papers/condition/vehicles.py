@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from tierod.core.fields import numbers, replaced
-from tierod_lab.ground.cars.demonstrator_car import DemonstratorCar
-from tierod_lab.ground.control.automated import Split
-from tierod_lab.ground.courses.catalogue import AnyCourse, load
-from tierod_lab.ground.courses.circuit import Circuit, drawn, weather
+from tierod_lab.ground.cars.road_cars import DemonstratorCar
+from tierod_lab.ground.courses import AnyCourse, load
+from tierod_lab.ground.courses.roads import Circuit, drawn, weather
+from tierod_lab.ground.drivers import Split
 from tierod_lab.ground.sensors import SensorSet
 
 SHORT, LONG, THIRD = "short-round", "long-round", "third-round"

@@ -9,9 +9,9 @@ from typing import Any
 
 from tierod_lab.ground import EpsCar, Scatter, SensorSet, TwoTrack
 from tierod_lab.ground.chassis.tyres import TYRES as KINDS_OF_TYRES
-from tierod_lab.ground.courses.conditions import AnyCondition, Gusts, Restlessness, Unevenness
-from tierod_lab.ground.courses.natural import AnyRoad, City, Country, Motorway
-from tierod_lab.ground.drives import CHANNELS
+from tierod_lab.ground.courses.course import AnyCondition, Gusts, Restlessness, Unevenness
+from tierod_lab.ground.courses.roads import AnyRoad, City, Country, Motorway
+from tierod_lab.ground.run import CHANNELS
 from tierod_lab.ground.steering.column_eps import WormGear
 from tierod_lab.ground.steering.friction import Coulomb, Dahl, DahlPower, LuGre, MaxwellSlip, Stribeck
 

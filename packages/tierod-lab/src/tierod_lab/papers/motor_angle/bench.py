@@ -15,7 +15,7 @@ from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver, MotorAngleSample
 from tierod.physics.pm_motor import REFERENCE_TEMPERATURE
 from tierod.vehicles import load
-from tierod_lab.ground.cars.motor_bench import MotorBench
+from tierod_lab.ground.cars.benches import MotorBench
 from tierod_lab.ground.motor import AFS_MOTOR, Inverter, Warming
 from tierod_lab.papers.motor_angle.dq_motor import DqMotorParameters
 from tierod_lab.papers.motor_angle.sensor_faults import Fault

@@ -14,7 +14,7 @@ from tierod.core.graph.maths import greatest_of, maximum
 from tierod.monitors.motor_angle.definition import MotorAngleMonitor
 from tierod.monitors.motor_angle.observer import MotorAngleSample
 from tierod.vehicles import load
-from tierod_lab.ground.cars.motor_bench import MotorBench
+from tierod_lab.ground.cars.benches import MotorBench
 from tierod_lab.papers.motor_angle.bench import (
     FLUX,
     INDUCTANCE,

@@ -17,7 +17,7 @@ from tierod.monitors.motor_angle.evidence import InverterLoss
 from tierod.monitors.motor_angle.facts import inverter_remarks
 from tierod.monitors.motor_angle.observer import COMMANDED, MotorAngleObserver, MotorAngleTuning
 from tierod.vehicles import load
-from tierod_lab.ground.cars.motor_bench import MotorBench
+from tierod_lab.ground.cars.benches import MotorBench
 from tierod_lab.ground.integration import Varied
 from tierod_lab.ground.motor import AFS_MOTOR, Inverter, Warming
 from tierod_lab.papers.motor_angle.bench import (

@@ -10,7 +10,7 @@ import numpy as np
 from tierod.core.graph import scan
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.definition import MotorAngleMonitor
-from tierod_lab.ground.cars.motor_bench import MotorBench
+from tierod_lab.ground.cars.benches import MotorBench
 from tierod_lab.papers.motor_angle.bench import RATE, BenchDrive, bench, bench_time, clean_drive, course, noisy
 from tierod_lab.papers.motor_angle.fault_trials import Found, bench_monitor, delays
 from tierod_lab.papers.motor_angle.sensor_faults import Fault

@@ -14,7 +14,7 @@ from tierod.physics.single_track import understeer_gradient
 from tierod.vehicles import classes
 from tierod.vehicles.vehicle import Vehicle
 from tierod_lab.ground.cars import catalogue
-from tierod_lab.ground.courses.natural import AnyRoad, City, Country, Motorway
+from tierod_lab.ground.courses.roads import AnyRoad, City, Country, Motorway
 from tierod_lab.ground.steering.rack_eps import RackEps
 from tierod_lab.papers.own_car.brochure import brochure_car, with_values
 from tierod_lab.papers.own_car.shapes import quadricycle, van

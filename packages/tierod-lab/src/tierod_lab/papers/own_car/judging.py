@@ -20,8 +20,8 @@ from tierod.monitors.run import Run
 from tierod.monitors.runner import find
 from tierod.vehicles.vehicle import Vehicle
 from tierod_lab.ground import run
-from tierod_lab.ground.courses.conditions import Restlessness
-from tierod_lab.ground.courses.natural import NaturalDrive
+from tierod_lab.ground.courses.course import Restlessness
+from tierod_lab.ground.courses.roads import NaturalDrive
 from tierod_lab.papers.own_car.brochure import identified
 from tierod_lab.papers.own_car.cars import UnknownCar, drawn
 

@@ -18,10 +18,9 @@ from tierod.vehicles.vehicle import Parameter, Vehicle
 from tierod_lab.ground import run
 from tierod_lab.ground.cars import catalogue
 from tierod_lab.ground.chassis import TwoTrack, Tyre
-from tierod_lab.ground.chassis.suspension import Axle, Kingpins
-from tierod_lab.ground.chassis.two_track import demonstrator
-from tierod_lab.ground.courses.conditions import Unevenness
-from tierod_lab.ground.courses.open_loop import RandomSteer
+from tierod_lab.ground.chassis.two_track import Axle, Kingpins, demonstrator
+from tierod_lab.ground.courses.course import Unevenness
+from tierod_lab.ground.courses.manoeuvres import RandomSteer
 from tierod_lab.papers.sideslip.calibration import BesideTruth
 from tierod_lab.papers.sideslip.combined_drives import (
     FRONT,

@@ -18,11 +18,10 @@ from tierod.monitors.sideslip.estimator import CombinedSample, CombinedSideslip
 from tierod.monitors.sideslip.tuning import CombinedTuning
 from tierod.vehicles import load
 from tierod_lab.ground import Sensor, SensorSet, run
-from tierod_lab.ground.courses.conditions import Adhesion, AnyCondition, Breeze, During, Gusts, Restlessness, Slope
-from tierod_lab.ground.courses.conditions import Unevenness as Uneven
-from tierod_lab.ground.courses.course import Course
-from tierod_lab.ground.courses.natural import City, Country, Motorway, NaturalDrive
-from tierod_lab.ground.courses.open_loop import AngleRamp, RandomSteer, SineSteer
+from tierod_lab.ground.courses.course import Adhesion, AnyCondition, Breeze, Course, During, Gusts, Restlessness, Slope
+from tierod_lab.ground.courses.course import Unevenness as Uneven
+from tierod_lab.ground.courses.manoeuvres import AngleRamp, RandomSteer, SineSteer
+from tierod_lab.ground.courses.roads import City, Country, Motorway, NaturalDrive
 from tierod_lab.papers.sideslip.setting import actuator, virtual_car
 
 RATE = 100.0  # Sampling rate [Hz]

@@ -11,7 +11,7 @@ import numpy as np
 
 from tierod.physics.single_track import front_slip_speed, rear_slip_speed
 from tierod.vehicles import load
-from tierod_lab.ground.courses.open_loop import AngleRamp
+from tierod_lab.ground.courses.manoeuvres import AngleRamp
 from tierod_lab.papers.sideslip.setting import CARS, Driven, driven, neutral, steering_ratio
 from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle
 

@@ -15,9 +15,8 @@ from tierod.models.steer_by_wire import Actuator
 from tierod.vehicles import load
 from tierod_lab.ground import Sensor, SensorSet, SingleTrack, run
 from tierod_lab.ground.cars import catalogue
-from tierod_lab.ground.courses.conditions import Adhesion, AnyCondition, Breeze, Slope
-from tierod_lab.ground.courses.course import Course
-from tierod_lab.ground.courses.open_loop import SineSteer
+from tierod_lab.ground.courses.course import Adhesion, AnyCondition, Breeze, Course, Slope
+from tierod_lab.ground.courses.manoeuvres import SineSteer
 
 RATE = 1000.0  # Sampling rate [Hz]
 

@@ -1,18 +1,15 @@
-"""Assist, return and damping by the steering's control unit, as blocks."""
+"""Control units: assist, return and damping of the steering, control of angle, speed and feel."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
-from tierod.core.fields import NOT_NEGATIVE, POSITIVE, Range
-from tierod.core.graph.maths import limit
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
+from tierod.core.graph.maths import exp, limit, where
 from tierod.physics.assist import active_return_share, active_return_torque, assist_speed_factor, assist_torque
-from tierod_lab.ground.cars.body import START, Path, path_rate
-from tierod_lab.ground.control.driver import HumanDriver
-from tierod_lab.ground.integration import runge_kutta
-from tierod_lab.ground.parts import Demand, Driver, Hand, Memory, Motion, Reaction, Road, Seen, Wheels
+from tierod.physics.gear import variable_gain
 
 
 class AssistMemory(NamedTuple):
@@ -131,79 +128,101 @@ class AssistController:
         return memory, AssistOutputs(torque)
 
 
-class Sensed(NamedTuple):
-    """Inputs of a driver: motion of the vehicle, the road, and motion of the steering wheel."""
+class AngleMemory(NamedTuple):
+    """State of the control between two steps."""
 
-    vehicle_speed: Annotated[Scalar, "m/s"]
-    lateral_speed: Annotated[Scalar, "m/s"]
-    yaw_rate: Annotated[Scalar, "rad/s"]
-    steering_wheel_angle: Annotated[Scalar, "rad"]
-    steering_wheel_rate: Annotated[Scalar, "rad/s"]
-    road: Road
-    demand: Demand
-
-
-class Driven(NamedTuple):
-    """Outputs of a driver, and position of the vehicle relative to its path."""
-
-    hand_torque: Annotated[Scalar, "N*m"]
-    steering_wheel_angle: Annotated[Scalar, "rad"]
-    drive_force: Annotated[Scalar, "N"]
-    distance: Annotated[Scalar, "m"]
-    lateral_offset: Annotated[Scalar, "m"]
-    heading_error: Annotated[Scalar, "rad"]
-
-
-class DrivingMotion(NamedTuple):
-    """Continuous states of a driver: muscles, and the motion along the path."""
-
-    driver: Motion
-    path: Path
-
-
-class DrivingState(NamedTuple):
-    """State of a driver between two steps."""
-
-    motion: DrivingMotion
-    driver: Memory
+    angle: Scalar  # angle, target: values of the previous step [rad]
+    target: Scalar
+    rate: Scalar  # rate, target_rate: filtered rates [rad/s]
+    target_rate: Scalar
+    integral: Scalar  # integral part of the torque [N*m]
 
 
 @dataclass(frozen=True)
-class Driving:
-    """Driver on a path, for a vehicle whose motion is computed elsewhere; see `Car` for the same with a virtual car."""
+class AngleControl:
+    """PID control of an angle with feed-forward of the target rate.
 
-    driver: Driver = field(default_factory=HumanDriver)
-    step_time: Annotated[float, "s", Range(1e-5, 2e-2)] = 1e-3
+    Rates are differences of the angles behind equal low-pass filters. The integral part stops while the torque is at
+    its limit.
+    """
 
-    Sample = Sensed
+    stiffness: Annotated[float, "N*m/rad", POSITIVE]
+    damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE]
+    integral: Annotated[float, "N*m/rad/s", NOT_NEGATIVE]
+    torque_limit: Annotated[float, "N*m", POSITIVE]
+    forward_damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.0
+    rate_time: Annotated[float, "s", POSITIVE] = 2e-3
+    step_time: Annotated[float, "s", POSITIVE] = 1e-3
 
-    def init(self) -> DrivingState:
-        return DrivingState(DrivingMotion(self.driver.init(), START), self.driver.remembered())
+    def remembered(self) -> AngleMemory:
+        return AngleMemory(0.0, 0.0, 0.0, 0.0, 0.0)
 
-    def step(self, state: DrivingState, sample: Sensed) -> tuple[DrivingState, Driven]:
-        motion, hand = state.motion, Hand(sample.steering_wheel_angle, sample.steering_wheel_rate)
-        reaction = _reaction(sample.vehicle_speed, sample.lateral_speed, sample.yaw_rate)
-        seen = Seen(
-            sample.vehicle_speed, 0.0, sample.lateral_speed, sample.yaw_rate,
-            motion.path.lateral_offset, motion.path.heading_error, sample.road.curvature, hand,
-        )  # fmt: skip
-        memory, intent = self.driver.decide(state.driver, seen, sample.demand)
-
-        def slope(now: DrivingMotion) -> DrivingMotion:
-            return DrivingMotion(
-                self.driver.derivative(now.driver, intent, hand, sample.demand),
-                path_rate(now.path, reaction, sample.road.curvature),
-            )
-
-        torque = self.driver.hand_torque(motion.driver, hand, sample.demand)
-        reached = getattr(motion.driver, "angle", intent.steering_wheel_angle)
-        path = motion.path
-        done = Driven(torque, reached, intent.force, path.distance, path.lateral_offset, path.heading_error)
-        return DrivingState(runge_kutta(slope, motion, self.step_time), memory), done
+    def decide(self, memory: AngleMemory, target: Scalar, angle: Scalar) -> tuple[AngleMemory, Scalar]:
+        keep = exp(-self.step_time / self.rate_time)
+        gain = (1.0 - keep) / self.step_time
+        rate = keep * memory.rate + gain * (angle - memory.angle)
+        target_rate = keep * memory.target_rate + gain * (target - memory.target)
+        error = target - angle
+        asked = self.stiffness * error + self.damping * (target_rate - rate) + memory.integral
+        asked = asked + self.forward_damping * target_rate
+        torque = limit(asked, -self.torque_limit, self.torque_limit)
+        integral = memory.integral + where(torque == asked, self.step_time * self.integral * error, 0.0)
+        return AngleMemory(angle, target, rate, target_rate, integral), torque
 
 
-def _reaction(speed: Scalar, lateral_speed: Scalar, yaw_rate: Scalar) -> Reaction:
-    nothing: dict[str, Any] = dict.fromkeys(Reaction._fields, 0.0)
-    wheels = Wheels(0.0, 0.0, 0.0, 0.0)
-    known = {"speed": speed, "lateral_speed": lateral_speed, "yaw_rate": yaw_rate}
-    return Reaction(**{**nothing, "loads": wheels, "wheel_speeds": wheels, **known})
+@dataclass(frozen=True)
+class SpeedControl:
+    """PI control of the speed with feed-forward of the planned acceleration; its state is the integral part.
+
+    The integral part stops while the acceleration is at its limit.
+    """
+
+    proportional: Annotated[float, "1/s", POSITIVE] = 1.5
+    integral: Annotated[float, "1/s**2", NOT_NEGATIVE] = 0.4
+    greatest_acceleration: Annotated[float, "m/s**2", POSITIVE] = 3.0
+    step_time: Annotated[float, "s", POSITIVE] = 1e-3
+
+    def remembered(self) -> float:
+        return 0.0
+
+    def decide(self, memory: Scalar, target: Scalar, planned: Scalar, speed: Scalar) -> tuple[Scalar, Scalar]:
+        error = target - speed
+        asked = planned + self.proportional * error + memory
+        given = limit(asked, -self.greatest_acceleration, self.greatest_acceleration)
+        return memory + where(given == asked, self.step_time * self.integral * error, 0.0), given
+
+
+@dataclass(frozen=True)
+class VariableRatio:
+    """Gain of the steering over the speed: direct when parking, indirect at high speed.
+
+    The gain falls from `standing` to `fast`, see `tierod.physics.gear.variable_gain`.
+    """
+
+    standing: Annotated[float, "", POSITIVE] = 1.45  # gain at rest; 1.45 turns a ratio of 15.5 into 10.7
+    fast: Annotated[float, "", POSITIVE] = 0.78  # gain at very high speed; 0.78 turns it into 20
+    middle_speed: Annotated[float, "m/s", POSITIVE] = 18.0
+
+    def gain(self, speed: Scalar) -> Scalar:
+        """Gain [-] at a speed [m/s]."""
+        return variable_gain(speed, self.standing, self.fast, self.middle_speed)
+
+
+@dataclass(frozen=True)
+class Feel:
+    """Torque of the feedback motor: a centring spring, damping, and a share of the road actuator's torque."""
+
+    stiffness: Annotated[float, "N*m/rad", NOT_NEGATIVE] = 0.8
+    damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.15
+    load_share: Annotated[float, "", NOT_NEGATIVE] = 30.0
+    torque_limit: Annotated[float, "N*m", POSITIVE] = 8.0
+
+    def torque(self, angle: Scalar, rate: Scalar, actuator_torque: Scalar) -> Scalar:
+        """Requested torque of the feedback motor, which opposes the hands [N*m].
+
+        Args:
+            angle, rate: angle [rad] and rate [rad/s] of the steering wheel
+            actuator_torque: shaft torque of the road actuator [N*m]
+        """
+        wanted = -self.stiffness * angle - self.damping * rate - self.load_share * actuator_torque
+        return limit(wanted, -self.torque_limit, self.torque_limit)

@@ -1,4 +1,4 @@
-"""Functional mock-up units as cars: plant files, instances, and the car that drives one."""
+"""Vehicle of another tool in place of a virtual car: a functional mock-up unit by fmpy, driven by our driver."""
 
 from __future__ import annotations
 
@@ -22,9 +22,8 @@ from tierod.core.graph.maths import maximum
 from tierod.core.toml import build
 from tierod.core.toml_document import Document, Location
 from tierod.core.units import scale
-from tierod_lab.ground.control.assist import Driving, Sensed
-from tierod_lab.ground.control.driver import HumanDriver
 from tierod_lab.ground.courses import Start
+from tierod_lab.ground.drivers import Driving, DrivingInputs, HumanDriver
 from tierod_lab.ground.parts import Demand, Driver, Plant, Road, Wind
 from tierod_lab.ground.recorder import COMMANDS
 
@@ -222,7 +221,6 @@ FROM_DRIVER: Mapping[str, str] = {
     "braking_force": "N",
 }
 """Signals that our driver gives, with their units; the last two are the drive force's parts, both not negative."""
-
 _AROUND: Mapping[str, Any] = {"road": Road, "wind": Wind, "demand": Demand}
 _PLACE = {"truth_distance": "m", "truth_lateral_offset": "m", "truth_heading_error": "rad"}
 
@@ -297,12 +295,12 @@ class UnitCar:
         channels = _tuple(tuple(shown))(*shown.values()) if shown else ()
         return (driving, angle), Output(unit, channels, commands(*(given[name] for name in self.takes)))
 
-    def _sensed(self, unit: Any, angle: Scalar, rate: Scalar, road: Road, demand: Demand) -> Sensed:
+    def _sensed(self, unit: Any, angle: Scalar, rate: Scalar, road: Road, demand: Demand) -> DrivingInputs:
         def first(*names: str, otherwise: Scalar = 0.0) -> Scalar:
             return next((getattr(unit, name) for name in names if hasattr(unit, name)), otherwise)
 
         speed, lateral = first("truth_speed", "vehicle_speed"), first("truth_lateral_speed", "lateral_speed")
-        return Sensed(
+        return DrivingInputs(
             speed, lateral, first("yaw_rate"), angle, first("steering_wheel_rate", otherwise=rate), road, demand
         )
 

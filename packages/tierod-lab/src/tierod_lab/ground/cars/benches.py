@@ -1,19 +1,21 @@
-"""Test bench for the column of an electric power steering: no road, and a wheel that is free, locked or held."""
+"""Test benches without a road: the column of an electric power steering, and a permanent-magnet motor."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from typing import Annotated, NamedTuple
 
-from tierod.core.block import Scalar
+from tierod.core.block import Scalar, Tree
 from tierod.core.fields import COUNT, NOT_NEGATIVE, POSITIVE
-from tierod.core.graph.maths import where
+from tierod.core.graph.maths import limit, where
 from tierod.physics.gear import gear_coupling_torque
 from tierod.physics.steering_ratio import torsion_bar_torque
+from tierod_lab.ground.control import AngleControl, AngleMemory
 from tierod_lab.ground.integration import runge_kutta
-from tierod_lab.ground.parts import Port, pass_through
+from tierod_lab.ground.motor import AFS_MOTOR, IN_LOOP, DriveSignals, DriveState, PmMotor, Senses
+from tierod_lab.ground.parts import Port, pass_through, ports_type
+from tierod_lab.ground.steering import Ripple, rippled
 from tierod_lab.ground.steering.friction import Dahl, DryFriction
-from tierod_lab.ground.steering.shaft import Ripple, rippled
 
 
 class ColumnMotion(NamedTuple):
@@ -172,3 +174,76 @@ class ColumnBench:
             from_outside,
             self.friction.torque(state.friction, 0.0, motion.motor_rate),
         )
+
+
+PORTS = ports_type((*IN_LOOP, "motor_torque"))
+"""Ports for faults inside the loops: inputs of the current control, and the torque request of the drive."""
+
+
+class MotorBenchInputs(NamedTuple):
+    """External inputs of the bench."""
+
+    target_motor_angle: Annotated[float, "rad"]
+    control: Annotated[float, ""]  # share of the angle control's torque in the drive's request; 0 disables the control
+    motor_torque: Annotated[float, "N*m"]
+    load_torque: Annotated[float, "N*m"]
+    locked: Annotated[float, ""]
+    ports: PORTS  # type: ignore[valid-type]  # a class made at run time
+
+
+class MotorBenchState(NamedTuple):
+    """State of a bench between two steps."""
+
+    motor: DriveState
+    angle: AngleMemory
+    held: Tree
+
+
+class MotorBenchSignals(NamedTuple):
+    """Signals of control and motor."""
+
+    target_motor_angle_mechanical: Annotated[Scalar, "rad"]
+    motor_target_torque: Annotated[Scalar, "N*m"]
+    motor: DriveSignals
+
+
+@dataclass(frozen=True)
+class MotorBench:
+    """Motor of a superposition on a bench; the load is a spring with limited torque, as of turning tyres."""
+
+    motor: PmMotor = field(default_factory=lambda: AFS_MOTOR)
+    angle_control: AngleControl = field(
+        default_factory=lambda: AngleControl(stiffness=3.0, damping=0.03, integral=30.0, torque_limit=3.0)
+    )
+    load_stiffness: Annotated[float, "N*m/rad", NOT_NEGATIVE] = 0.05
+    load_limit: Annotated[float, "N*m", NOT_NEGATIVE] = 0.6
+    load_damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 0.0
+    step_time: Annotated[float, "s", POSITIVE] = 1e-3
+
+    Sample = MotorBenchInputs
+
+    @property
+    def actuators(self) -> tuple[str, ...]:
+        return ("motor_torque",)
+
+    def init(self) -> MotorBenchState:
+        return MotorBenchState(self.motor.init(), self.angle_control.remembered(), PORTS(0.0, 0.0, 0.0, 0.0))
+
+    def step(self, state: MotorBenchState, sample: MotorBenchInputs) -> tuple[MotorBenchState, MotorBenchSignals]:
+        kept = state.held._asdict()
+
+        def read(name: str, value: Scalar) -> Scalar:
+            kept[name], passed = pass_through(getattr(sample.ports, name), kept[name], value)
+            return passed
+
+        def load(angle: Scalar, speed: Scalar, elapsed: Scalar) -> Scalar:
+            spring = limit(self.load_stiffness * angle, -self.load_limit, self.load_limit)
+            return sample.load_torque + spring + self.load_damping * speed
+
+        sensed = read("motor_angle_mechanical", state.motor.rotor.angle)
+        angle, torque = self.angle_control.decide(state.angle, sample.target_motor_angle, sensed)
+        wanted = sample.motor_torque + sample.control * torque
+        request, senses = read("motor_torque", wanted), Senses.through(read)
+        motor, signals = self.motor.turn(state.motor, request, self.step_time, load, senses, sample.locked)
+        after = MotorBenchState(motor, angle, PORTS(**kept))
+        return after, MotorBenchSignals(sample.target_motor_angle, wanted, signals)

@@ -1,1 +1,0 @@
-"""Vehicles that another tool computes: functional mock-up units in place of a virtual car."""
