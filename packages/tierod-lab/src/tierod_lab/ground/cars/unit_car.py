@@ -22,7 +22,7 @@ from tierod.core.graph.maths import maximum
 from tierod.core.toml import build
 from tierod.core.toml_document import Document, Location
 from tierod.core.units import scale
-from tierod_lab.ground.courses import Start
+from tierod_lab.ground.courses.course import Start
 from tierod_lab.ground.drivers import Driving, DrivingInputs, HumanDriver
 from tierod_lab.ground.parts import Demand, Driver, Plant, Road, Wind
 from tierod_lab.ground.recorder import COMMANDS
