@@ -22,7 +22,7 @@ from tierod.methods.identification.maximum_likelihood import Innovations, Simula
 from tierod.methods.identification.sampled_column import BenchParameters, RoundedColumn, SampledColumn
 from tierod.models.friction_estimation import FrictionEstimation as EstimatedFriction
 from tierod.models.lateral_parameters import LateralParameters
-from tierod.models.stator_frame_motor import SampledMotorParameters
+from tierod.models.stator_frame_motor import MotorParameters, SampledMotorParameters
 from tierod.models.steering_column import ColumnParameters, TwoInertiaParameters
 from tierod.monitors.condition.kinds import KindOfFault
 from tierod.monitors.condition.parameters import WhitenedInnovations
@@ -54,9 +54,9 @@ from tierod_lab.papers.friction.linearised import LinearisedFrictionMonitor, lin
 from tierod_lab.papers.friction.presets import consistent, unscented
 from tierod_lab.papers.friction.refined import RefinedFrictionMonitor
 from tierod_lab.papers.friction.variance_method import RollingVariance, VarianceFrictionMonitor, VarianceParameters
-from tierod_lab.papers.motor_angle.back_emf import FeedforwardAngle, FeedforwardWithLoad, FluxObserver
-from tierod_lab.papers.motor_angle.dq_motor import DqMotorParameters
-from tierod_lab.papers.motor_angle.observers import PrintedJacobianFilter, RotorFrameObserver, extended_kalman
+from tierod_lab.papers.motor_angle.feedforward import FeedforwardAngle
+from tierod_lab.papers.motor_angle.observers import RotorFrameObserver, extended_kalman, luenberger
+from tierod_lab.papers.motor_angle.variants import PrintedMotorObserver, monitor_with
 from tierod_lab.papers.sideslip.conventional import (
     ConventionalKalman,
     ConventionalPoles,
@@ -99,7 +99,7 @@ def _rules():
 
 
 MOTOR = load("motor-bench").parameters_for(SampledMotorParameters)  # Of the bench, sampled at 10 kHz
-DQ_MOTOR = load("motor-bench").parameters_for(DqMotorParameters)
+DQ_MOTOR = load("motor-bench").parameters_for(MotorParameters)
 
 BY_WIRE = load("steer-by-wire").parameters_for(SteeredVehicle.Parameters)
 
@@ -161,9 +161,7 @@ EXAMPLES: dict[type, Callable[[], Any]] = {
         _rules(), FaultReaction.of(Reconfiguration.of_vehicle(load("smartload"), filters=False))
     ),
     FeedforwardAngle: lambda: FeedforwardAngle(MOTOR),
-    FeedforwardWithLoad: lambda: FeedforwardWithLoad.of(MOTOR, slow="increments"),
-    FluxObserver: lambda: FluxObserver(MOTOR),
-    PrintedJacobianFilter: lambda: extended_kalman(DQ_MOTOR, 1e-4, jacobian="printed").inner.filter,
+    PrintedMotorObserver: lambda: monitor_with(luenberger(DQ_MOTOR, 1e-4), load("motor-bench"), 1e-4).observer,
     RotorFrameObserver: lambda: extended_kalman(DQ_MOTOR, 1e-4),
     MotorAngleMonitor: lambda: MotorAngleMonitor.of_vehicle(load("motor-bench"), 1e-4),
     AnglePlausibility: lambda: AnglePlausibility(Superposition(22.5, 1.0, 140.0)),

@@ -11,7 +11,14 @@ from tierod_lab.papers.friction.estimators import monitor
 from tierod_lab.papers.friction.reported import SEEDS as FRICTION
 from tierod_lab.papers.seeds import APART, ReportedSeeds
 
-STUDIES = ("friction", "motor_angle", "sideslip", "column", "fleet", "own_car")
+STUDIES = (
+    "friction.reported",
+    "motor_angle.study",
+    "sideslip.reported",
+    "column.reported",
+    "fleet.reported",
+    "own_car.reported",
+)
 
 
 def seeds(*blocks):
@@ -43,7 +50,7 @@ def test_a_study_prints_its_seeds():
 
 @pytest.mark.parametrize("name", STUDIES)
 def test_no_reported_drive_was_driven_while_tierod_was_tuned(name):
-    found = import_module(f"tierod_lab.papers.{name}.reported").SEEDS
+    found = import_module(f"tierod_lab.papers.{name}").SEEDS
     assert found.first >= APART
     begins = sorted(found.parts.values())
     assert len(set(begins)) == len(begins)

@@ -1,142 +1,83 @@
-from dataclasses import replace
+"""The paper's motor and observers against closed forms."""
 
 import numpy as np
 import pytest
 
-from monitors.motor_angle.motor_drives import drive, observed
-from monitors.motor_angle.steady_motor import TIME, load_torque, steady
+from monitors.motor_angle.steady_motor import load_torque, steady
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.physics.clarke_park import RotorVector
+from tierod.models.linear import linearise
+from tierod.models.stator_frame_motor import MotorParameters, SampledMotorParameters, StatorFrameMotor
+from tierod.physics.clarke_park import RotorVector, direction, inverse_park
 from tierod.vehicles import load
-from tierod_lab.papers.motor_angle.dq_motor import DqMotorParameters, q_axis_motor, with_load
+from tierod_lab.papers.motor_angle.bare_observers import BareFeedforward, BareLuenberger, BareReduced
+from tierod_lab.papers.motor_angle.feedforward import FeedforwardAngle
 from tierod_lab.papers.motor_angle.observers import (
+    DqMotor,
     LinearSpeed,
+    LoadedDqMotor,
     extended_kalman,
     full_observer,
     luenberger,
-    printed_reduced_observer,
+    q_axis_motor,
     reduced_luenberger,
     reduced_observer,
     speed_per_load,
 )
 
-P = load("motor-bench").parameters_for(DqMotorParameters)
-MAKERS = [luenberger, reduced_luenberger, extended_kalman]
+P = load("motor-bench").parameters_for(MotorParameters)
+FIXED = load("motor-bench").parameters_for(SampledMotorParameters)
+TIME = 1e-4
+MOTOR, LOADED = q_axis_motor(P), q_axis_motor(P, load=True)
+EMF, TORQUE = 0.034, 0.051  # z_p psi, and 3/2 of it
 
 
-@pytest.mark.parametrize("make", MAKERS)
-def test_with_the_load_as_a_state_speed_and_load_are_right(make):
-    found = scan(make(P, TIME, axes="measured"), steady(60.0, 12.0))
-    assert found["motor_speed"][-1] == pytest.approx(60.0, rel=0.005)
-    assert found["motor_load_torque"][-1] == pytest.approx(load_torque(60.0, 12.0), rel=0.01)
+def test_both_frames_show_the_same_motor():
+    step, angle, speed, torque = 1e-7, 0.3, 70.0, 0.4
+    current, voltage = RotorVector(3.0, 14.0), RotorVector(-0.5, 4.0)
+    rotor = direction(P.motor_pole_pairs * angle)
+    fixed = SampledMotorParameters(*[getattr(FIXED, name) for name in list(FIXED.__dataclass_fields__)[:6]], step)
+    state = StatorFrameMotor.State(*inverse_park(current, rotor), speed, angle, torque, 0.0, 0.0)
+    given = StatorFrameMotor.Input(*inverse_park(voltage, rotor), 0.0, 0.0)
+    after = StatorFrameMotor.transition(state, given, fixed)
+    turned = direction(P.motor_pole_pairs * after.angle)
+    d = after.current_alpha * turned.cosine + after.current_beta * turned.sine
+    q = after.current_beta * turned.cosine - after.current_alpha * turned.sine
+    rates = DqMotor.derivative(DqMotor.State(*current, speed), DqMotor.Input(*voltage, torque), P)
+    expected = [(d - current.d) / step, (q - current.q) / step, (after.speed - speed) / step]
+    assert rates == pytest.approx(expected, rel=1e-3)
 
 
-@pytest.mark.parametrize(
-    ("make", "per_load"), [(luenberger, -25.73), (reduced_luenberger, -27.78)], ids=["full", "reduced"]
-)
-def test_without_it_the_speed_is_wrong_in_proportion_to_the_load(make, per_load):
-    errors = {}
-    for current in (6.0, 12.0):
-        found = scan(make(P, TIME, load=False, axes="measured"), steady(60.0, current))
-        errors[current] = 60.0 - found["motor_speed"][-1]
-    gained = load_torque(60.0, 12.0) - load_torque(60.0, 6.0)
-    assert (errors[12.0] - errors[6.0]) / gained == pytest.approx(per_load, rel=0.005)
+def test_a_salient_motor_keeps_its_power():
+    """What the voltages give is heat, stored energy and mechanical power: with 3/2 and with the reluctance torque."""
+    p = MotorParameters(0.05, 1e-4, 0.0085, 4.0, 1.2e-4, 4e-4, motor_saliency=1.7)
+    x, u = DqMotor.State(-6.0, 20.0, 90.0), DqMotor.Input(-2.0, 5.0, 0.2)
+    rates = DqMotor.derivative(x, u, p)
+    given = 1.5 * (u.voltage_d * x.current_d + u.voltage_q * x.current_q)
+    heat = 1.5 * p.motor_resistance * (x.current_d**2 + x.current_q**2)
+    stored = 1.5 * 1e-4 * (x.current_d * rates.current_d + 1.7 * x.current_q * rates.current_q)
+    torque = p.motor_inertia * rates.speed + p.motor_damping * x.speed + u.load_torque
+    assert given == pytest.approx(heat + stored + torque * x.speed, rel=1e-12)
 
 
-def test_the_printed_torque_constant_makes_it_wrong_otherwise():
-    found = scan(luenberger(P, TIME, load=False, axes="measured", torque_constant="printed"), steady(0.0, 0.6 / 0.051))
-    right = scan(luenberger(P, TIME, load=False, axes="measured"), steady(0.0, 0.6 / 0.051))
-    assert found["motor_speed"][-1] / right["motor_speed"][-1] == pytest.approx(17.25 / 25.73, rel=0.01)
-
-
-def test_the_filter_follows_a_drive_and_a_jump_of_the_sensor_enters_measured_axes_only():
-    signals = drive(20)
-    sensor = signals["sensor"].copy()
-    sensor[100_000:] += 0.05
-    turning = np.abs(signals["truth_speed"][100_000:]) > 20.0
-
-    def change(axes):
-        fault_free, wrong = (observed(extended_kalman(P, TIME, axes=axes), signals, each) for each in (None, sensor))
-        return np.sqrt(np.mean((wrong["motor_speed"] - fault_free["motor_speed"])[100_000:][turning] ** 2))
-
-    assert change("own") == 0.0
-    assert change("measured") > 0.1
-
-
-def test_the_swapped_jacobian_still_converges_and_is_worse():
-    signals = drive(20)
-
-    def rms(jacobian):
-        found = observed(extended_kalman(P, TIME, axes="measured", jacobian=jacobian), signals)
-        return np.sqrt(np.mean((found["motor_speed"] - signals["truth_speed"]) ** 2))
-
-    right, printed = rms("corrected"), rms("printed")
-    assert right < printed < 3.0 * right
-
-
-def test_the_angle_begins_at_the_sensor_and_the_residual_is_electrical():
-    samples = steady(50.0, 3.0, angle=2.0)
-    samples[:30, 4] = np.nan
-    samples[3000:, 4] += 0.05
-    found = scan(luenberger(P, TIME), samples)
-    assert found["motor_angle"][30] == pytest.approx(samples[30, 4])
-    assert (found["angle_residual_electrical"][:30] == 0.0).all()
-    step = found["angle_residual_electrical"][3000] - found["angle_residual_electrical"][2999]
-    assert step == pytest.approx(4.0 * 0.05, abs=1e-3)
-
-
-def test_missing_voltages_hold_the_speed():
-    samples = steady(50.0, 3.0)
-    samples[2000:2100, 2] = np.nan
-    found = scan(luenberger(P, TIME, axes="measured"), samples)
-    assert (found["motor_speed"][2000:2100] == found["motor_speed"][1999]).all()
-
-
-def test_what_cannot_be_is_refused():
-    with pytest.raises(ParameterError, match="expected own or measured"):
-        luenberger(P, TIME, axes="sensor")
-    with pytest.raises(ParameterError, match=r"0\.2 at most"):
-        extended_kalman(P, 1e-3)
-    with pytest.raises(ParameterError, match="expected corrected or printed"):
-        extended_kalman(P, TIME, jacobian="swapped")
-
-
-MOTOR = q_axis_motor(P)
-LOADED = with_load(MOTOR, P.motor_inertia)
-EMF, TORQUE = 0.034, 0.051
+def test_the_linear_motor_is_this_one_without_current_along_the_flux():
+    whole = linearise(LoadedDqMotor, P, (0.0, 0.0, 0.0, 0.0), (0.0, 0.0))
+    np.testing.assert_allclose(LOADED.A, whole.A[1:, 1:], rtol=1e-12)
+    np.testing.assert_allclose(LOADED.B[:, 0], whole.B[1:, 1], rtol=1e-12)
+    assert MOTOR.A[1, 0] * P.motor_inertia == pytest.approx(TORQUE)
 
 
 def test_the_reduced_observer_is_eq_32_corrected():
     pole = -300.0
     gain = (pole + P.motor_damping / P.motor_inertia) * P.motor_inductance / EMF
-    assert gain == pytest.approx(-0.8725, abs=1e-4)
     found = reduced_observer(MOTOR, (pole,))
-    assert found.A[0, 0] == pytest.approx(pole)
     current = pole * gain + TORQUE / P.motor_inertia + gain * P.motor_resistance / P.motor_inductance
     np.testing.assert_allclose(found.B[0], [-gain / P.motor_inductance, current], rtol=1e-12)
-    np.testing.assert_allclose(found.D[0], [0.0, gain], rtol=1e-12)
+    np.testing.assert_allclose([found.A[0, 0], *found.D[0]], [pole, 0.0, gain], rtol=1e-12)
 
 
-def test_as_printed_the_reduced_observer_diverges_whatever_its_gain():
-    for pole in (-100.0, -300.0, -900.0):
-        printed = printed_reduced_observer(P, MOTOR, pole)
-        assert printed.A[0, 0] == pytest.approx(EMF / P.motor_inductance - P.motor_damping / P.motor_inertia)
-        with pytest.raises(ParameterError, match=r"diverges with \+337 1/s"):
-            LinearSpeed.of(printed, 1e-4)
-
-
-@pytest.mark.parametrize("motor", [MOTOR, LOADED], ids=["without load", "with load"])
-def test_the_poles_are_where_they_were_wanted(motor):
-    poles = (-600.0, -700.0, -300.0)[: len(motor.states)]
-    np.testing.assert_allclose(np.sort(np.linalg.eigvals(full_observer(motor, poles).A).real), np.sort(poles))
-    fewer = poles[1:]
-    np.testing.assert_allclose(np.sort(np.linalg.eigvals(reduced_observer(motor, fewer).A).real), np.sort(fewer))
-
-
-def test_an_unknown_load_errs_as_the_closed_forms_say():
-    poles = (-600.0, -700.0)
-    found = full_observer(MOTOR, poles)
+def test_an_unknown_load_errs_as_the_closed_forms_say_and_as_a_state_it_does_not():
+    found = full_observer(MOTOR, (-600.0, -700.0))
     first, second = found.B[:, 1]
     closed = -1.0 / (
         P.motor_damping + EMF * (TORQUE - P.motor_inertia * second) / (P.motor_resistance + P.motor_inductance * first)
@@ -145,23 +86,73 @@ def test_an_unknown_load_errs_as_the_closed_forms_say():
     assert closed == pytest.approx(-25.7, abs=0.05)
     reduced = speed_per_load(reduced_observer(MOTOR, (-300.0,)), MOTOR, P)
     assert reduced == pytest.approx(1.0 / (P.motor_inertia * -300.0), rel=1e-9)
-
-
-def test_the_load_as_a_state_takes_the_error_away_and_a_wrong_resistance_brings_it_back():
     assert speed_per_load(full_observer(LOADED, (-600.0, -700.0, -300.0)), MOTOR, P) == pytest.approx(0.0, abs=1e-9)
     assert speed_per_load(reduced_observer(LOADED, (-300.0, -200.0)), MOTOR, P) == pytest.approx(0.0, abs=1e-9)
-    colder = replace(P, motor_resistance=P.motor_resistance - 0.01)
-    wrong = full_observer(with_load(q_axis_motor(colder), P.motor_inertia), (-600.0, -700.0, -300.0))
-    assert speed_per_load(wrong, MOTOR, P) == pytest.approx(-0.01 / (EMF * TORQUE), rel=0.02)
 
 
-def test_sampling_keeps_steady_values():
-    observer = full_observer(LOADED, (-600.0, -700.0, -300.0))
-    inner = LinearSpeed.of(observer, 1e-4)
-    memory = inner.start()
-    for _ in range(800):
-        memory, estimate = inner.advance(memory, RotorVector(0.0, 2.0), RotorVector(0.0, 12.0))
-    expected = -observer.C @ np.linalg.solve(observer.A, observer.B @ [2.0, 12.0])
-    np.testing.assert_allclose(estimate, expected, rtol=1e-6)
-    assert estimate[0] == pytest.approx((2.0 - 0.05 * 12.0) / EMF)
-    assert estimate[1] == pytest.approx(TORQUE * 12.0 - P.motor_damping * estimate[0])
+@pytest.mark.parametrize("make", [luenberger, reduced_luenberger, extended_kalman])
+def test_at_a_steady_speed_speed_and_load_are_right(make):
+    samples = steady(60.0, 12.0)
+    found = scan(make(P, TIME), samples)
+    assert found["motor_speed"][-1] == pytest.approx(60.0, rel=0.01)
+    assert found["motor_load_torque"][-1] == pytest.approx(load_torque(60.0, 12.0), rel=0.02)
+
+
+def test_the_angle_begins_at_the_sensor_and_missing_voltages_hold_the_speed():
+    samples = steady(50.0, 3.0, angle=2.0)
+    samples[:30, 4] = samples[2000:2100, 2] = np.nan
+    samples[3000:, 4] += 0.05
+    found = scan(luenberger(P, TIME), samples)
+    assert found["motor_angle"][30] == pytest.approx(samples[30, 4])
+    assert (found["angle_residual_electrical"][:30] == 0.0).all()
+    step = found["angle_residual_electrical"][3000] - found["angle_residual_electrical"][2999]
+    assert step == pytest.approx(4.0 * 0.05, abs=1e-3)
+    assert (found["motor_speed"][2000:2100] == found["motor_speed"][1999]).all()
+
+
+@pytest.mark.parametrize("speed", [-150.0, 20.0])
+@pytest.mark.parametrize("current", [(0.0, 12.0), (-8.0, -15.0)])
+def test_the_feedforward_compensates_for_the_lag_of_its_filter(speed, current):
+    samples = steady(speed, current[1], current_d=current[0])
+    samples[3000:3200, 0] = np.nan  # it turns on while samples are missing
+    found = scan(FeedforwardAngle(FIXED), samples)
+    assert found["motor_angle"][-1] == pytest.approx(samples[-1, 4], abs=2e-3)
+    assert found["motor_speed"][-1] == pytest.approx(speed, rel=2e-3)
+    np.testing.assert_allclose(found["motor_angle"][3000:3200], samples[3000:3200, 4], atol=5e-3)
+
+
+def test_the_feedforward_holds_the_angle_of_a_slow_motor():
+    held = scan(FeedforwardAngle(FIXED), steady(2.0, 5.0, seconds=0.3))
+    assert held["standing"].all()
+    assert (held["motor_angle"] == held["motor_angle"][0]).all()
+
+
+def test_the_bare_equations_that_are_counted_are_the_right_ones():
+    resistance, inductance, inertia, damping = 0.05, 1e-4, 1.2e-4, 4e-4
+    speed, time = 60.0, 1e-4 * np.arange(6000)
+    angle, quadrature = speed * time, damping * speed / TORQUE
+    turned = np.exp(4j * angle)
+    current = 1j * quadrature * turned
+    voltage = (resistance + 4j * speed * inductance) * current + 1j * EMF * speed * turned
+    seen = np.column_stack([voltage.real, voltage.imag, current.real, current.imag, angle])
+    assert scan(BareLuenberger(), seen)["motor_speed"][-1] == pytest.approx(speed, rel=0.01)
+    gain = (-300.0 + damping / inertia) * inductance / EMF
+    known = [gain, resistance, inductance, EMF, TORQUE, inertia, damping]
+    reduced = scan(BareReduced(), np.column_stack([seen, np.tile(known, (len(seen), 1))]))
+    assert reduced["motor_speed"][-1] == pytest.approx(speed, rel=0.01)
+    found = scan(BareFeedforward(), seen)["electrical_angle"]
+    away = np.angle(np.exp(2j * (found - 4.0 * angle)))[1000:] / 2.0  # half turns are left open
+    assert np.abs(away).max() < 0.05
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (lambda: extended_kalman(P, 1e-3), r"0\.2 at most"),
+        (lambda: FeedforwardAngle(FIXED, least_speed=0.0), "least_speed' is 0"),
+        (lambda: LinearSpeed.of(full_observer(MOTOR, (100.0, -700.0)), TIME), r"diverges with \+100 1/s"),
+    ],
+)
+def test_impossible_numbers_are_refused(make, says):
+    with pytest.raises(ParameterError, match=says):
+        make()

@@ -9,6 +9,9 @@ from tierod.core.block import Scalar
 from tierod.core.graph.maths import arctan
 from tierod.physics.clarke_park import Direction, RotorVector, StatorVector, direction, electrical_angle, park
 
+STEP = 1e-4  # Sampling interval [s]
+POLE_PAIRS = 4.0
+
 
 class Seen(NamedTuple):
     """Voltages and currents in the stator frame, and the sensor angle of Park's transform (8, 9)."""
@@ -27,6 +30,11 @@ class Found(NamedTuple):
     motor_speed: Annotated[Scalar, "rad/s"]
     direct_voltage: Annotated[Scalar, "V"]
     direct_current: Annotated[Scalar, "A"]
+
+
+def _rotor(sample: Seen, rotor: Direction) -> tuple[RotorVector, RotorVector]:
+    voltage = park(StatorVector(sample.voltage_alpha, sample.voltage_beta), rotor)
+    return voltage, park(StatorVector(sample.current_alpha, sample.current_beta), rotor)
 
 
 class FullState(NamedTuple):
@@ -49,8 +57,6 @@ class BareLuenberger:
     current_voltage: Annotated[float, "A/V/s"] = 1e4  # B of (20)
     current_gain: Annotated[float, "1/s"] = 800.0  # current_gain, speed_gain: K of (23)
     speed_gain: Annotated[float, "rad/A/s**2"] = -400.0
-    pole_pairs: Annotated[float, ""] = 4.0  # z_p
-    sample_time: Annotated[float, "s"] = 1e-4  # sampling interval T
 
     Sample = Seen
 
@@ -58,20 +64,12 @@ class BareLuenberger:
         return FullState(0.0, 0.0, 0.0)
 
     def step(self, state: FullState, sample: Seen) -> tuple[FullState, Found]:
-        voltage, current = _rotor(sample, direction(electrical_angle(sample.motor_angle, self.pole_pairs)))
+        voltage, current = _rotor(sample, direction(electrical_angle(sample.motor_angle, POLE_PAIRS)))
         off = current.q - state.current
-        rise = (
-            self.current_current * state.current
-            + self.current_speed * state.speed
-            + self.current_voltage * voltage.q
-            + self.current_gain * off
-        )
+        by_states = self.current_current * state.current + self.current_speed * state.speed
+        rise = by_states + self.current_voltage * voltage.q + self.current_gain * off
         gain = self.speed_current * state.current + self.speed_speed * state.speed + self.speed_gain * off
-        after = FullState(
-            state.current + self.sample_time * rise,
-            state.speed + self.sample_time * gain,
-            state.angle + self.sample_time * state.speed,
-        )
+        after = FullState(state.current + STEP * rise, state.speed + STEP * gain, state.angle + STEP * state.speed)
         return after, Found(after.angle, after.speed, voltage.d, current.d)
 
 
@@ -102,27 +100,20 @@ class BareReduced:
     The coefficients are computed in every step, as the equations are written.
     """
 
-    pole_pairs: Annotated[float, ""] = 4.0  # z_p
-    sample_time: Annotated[float, "s"] = 1e-4  # sampling interval T
-
     Sample = Motor
 
     def init(self) -> ReducedState:
         return ReducedState(0.0, 0.0)
 
     def step(self, state: ReducedState, sample: Motor) -> tuple[ReducedState, Found]:
-        angle = electrical_angle(sample.seen.motor_angle, self.pole_pairs)
-        voltage, current = _rotor(sample.seen, direction(angle))
-        pole = -sample.damping / sample.inertia + sample.gain * sample.machine_constant / sample.inductance
-        by_current = (
-            pole * sample.gain
-            + sample.torque_constant / sample.inertia
-            + sample.gain * sample.resistance / sample.inductance
-        )
-        slope = pole * state.inner + by_current * current.q - sample.gain / sample.inductance * voltage.q
-        inner = state.inner + self.sample_time * slope
-        speed = inner + sample.gain * current.q
-        after = ReducedState(inner, state.angle + self.sample_time * speed)
+        s = sample
+        voltage, current = _rotor(s.seen, direction(electrical_angle(s.seen.motor_angle, POLE_PAIRS)))
+        pole = -s.damping / s.inertia + s.gain * s.machine_constant / s.inductance
+        by_current = pole * s.gain + s.torque_constant / s.inertia + s.gain * s.resistance / s.inductance
+        slope = pole * state.inner + by_current * current.q - s.gain / s.inductance * voltage.q
+        inner = state.inner + STEP * slope
+        speed = inner + s.gain * current.q
+        after = ReducedState(inner, state.angle + STEP * speed)
         return after, Found(after.angle, speed, voltage.d, current.d)
 
 
@@ -146,7 +137,6 @@ class BareFeedforward:
     resistance: Annotated[float, "ohm"] = 0.05  # resistance, inductance: phase resistance and inductance
     inductance: Annotated[float, "H"] = 1e-4
     bandwidth: Annotated[float, "rad/s"] = 1885.0  # bandwidth of the low-pass filter
-    sample_time: Annotated[float, "s"] = 1e-4  # sampling interval T
 
     Sample = Seen
 
@@ -154,14 +144,9 @@ class BareFeedforward:
         return FilteredState(0.0, 0.0)
 
     def step(self, state: FilteredState, sample: Seen) -> tuple[FilteredState, FeedforwardFound]:
-        share, slope = self.bandwidth * self.sample_time, self.inductance * self.bandwidth
+        share, slope = self.bandwidth * STEP, self.inductance * self.bandwidth
         away = (sample.current_alpha - state.alpha, sample.current_beta - state.beta)
         alpha = sample.voltage_alpha - self.resistance * sample.current_alpha - slope * away[0]
         beta = sample.voltage_beta - self.resistance * sample.current_beta - slope * away[1]
         after = FilteredState(state.alpha + share * away[0], state.beta + share * away[1])
         return after, FeedforwardFound(arctan(-alpha / beta))
-
-
-def _rotor(sample: Seen, rotor: Direction) -> tuple[RotorVector, RotorVector]:
-    voltage = park(StatorVector(sample.voltage_alpha, sample.voltage_beta), rotor)
-    return voltage, park(StatorVector(sample.current_alpha, sample.current_beta), rotor)

@@ -11,16 +11,16 @@ import numpy as np
 from tierod.core.block import Block
 from tierod.core.graph import Result, scan
 from tierod.core.graph.trace import trace
-from tierod.models.stator_frame_motor import SampledMotorParameters
+from tierod.models.stator_frame_motor import MotorParameters, SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver, MotorAngleSample
 from tierod.physics.pm_motor import REFERENCE_TEMPERATURE
 from tierod.vehicles import load
 from tierod_lab.ground.cars.benches import MotorBench
 from tierod_lab.ground.motor import AFS_MOTOR, Inverter, Warming
-from tierod_lab.papers.motor_angle.dq_motor import DqMotorParameters
 from tierod_lab.papers.motor_angle.sensor_faults import Fault
 
 RATE, SUBSTEPS = 1e4, 10  # Sampling rate of the recording [Hz], and samples per step of the bench
+SAMPLE_TIME = 1.0 / RATE
 NOISES = {
     "motor_current_alpha": 0.15,
     "motor_current_beta": 0.15,
@@ -29,7 +29,8 @@ NOISES = {
     "motor_angle_mechanical": 5e-4,
 }
 """Standard deviations of the sensor noise by signal, in its unit."""
-ANGLE = MotorAngleSample._fields.index("motor_angle_mechanical")  # Column of the angle sensor in the samples
+_COLUMN = {name: place for place, name in enumerate(MotorAngleSample._fields)}
+_NOISE = tuple(NOISES[name] for name in MotorAngleObserver.Sample._fields)
 
 
 def bench_time(seconds: float) -> np.ndarray:
@@ -62,13 +63,7 @@ class BenchDrive:
 
 
 def drive(seed: int, seconds: float, fault: Fault | None = None, start: float = 0.0) -> BenchDrive:
-    """Simulate and record a drive of the bench.
-
-    Args:
-        seconds: duration [s]
-        fault: fault of the drive; None for a fault-free one
-        start: start of the fault [s]
-    """
+    """Simulate and record a drive of the bench, with a fault from `start` on [s]."""
     return noisy(clean_drive(seed, seconds, fault, start), np.random.default_rng([seed, 77]))
 
 
@@ -84,7 +79,6 @@ def clean_drive(
     """Simulate a drive of the bench without sensor noise.
 
     Args:
-        seed, seconds, fault, start: as in `drive`
         plant: the bench; the default one where None
         load: load torque besides the spring, a value per step of the bench; none where None [N*m]
         target: target angle of the motor, a value per step of the bench; that of `course` where None [rad]
@@ -100,22 +94,16 @@ def clean_drive(
 
 
 def bench_inputs(target: np.ndarray) -> dict[str, np.ndarray]:
-    """Fault-free inputs of a bench under angle control.
-
-    Args:
-        target: target angle, a value per step of the bench [rad]
-    """
-    return inputs_of(MotorBench(), target_motor_angle=target, control=np.ones(len(target)))
+    """Fault-free inputs of a bench that follows a target angle [rad], a value per step of the bench."""
+    return _inputs_of(MotorBench(), target_motor_angle=target, control=np.ones(len(target)))
 
 
-def inputs_of(plant: Block, **given: np.ndarray) -> dict[str, np.ndarray]:
-    """All inputs of a bench in its order: the given ones, a value per step, and fault-free ports."""
+def _inputs_of(plant: Block, **given: np.ndarray) -> dict[str, np.ndarray]:
     steps = len(next(iter(given.values())))
     return {name: np.full(steps, 1.0 if name.endswith(".gain") else 0.0) for name in trace(plant).sample} | given
 
 
-def fine(found: Result, name: str) -> np.ndarray:
-    """Signal of the motor at `RATE`, from the outputs of its bench."""
+def _fine(found: Result, name: str) -> np.ndarray:
     return np.column_stack([found[f"motor.fine.{name}.{k}"] for k in range(SUBSTEPS)]).ravel()
 
 
@@ -144,41 +132,33 @@ def recorded(found: Result, inputs: Mapping[str, np.ndarray], quantum: float = 0
 
     Args:
         quantum: resolution of the angle from `start` on, 0 for exact readings [rad]
-        start: start of the coarse resolution [s]
     """
 
     def through(name: str) -> np.ndarray:
-        port, values = f"ports.{name}", fine(found, name)
+        port, values = f"ports.{name}", _fine(found, name)
         held = np.repeat(inputs[f"{port}.held"], SUBSTEPS) > 0.5
         if held.any():
             values = np.where(held, values[np.argmax(held) - 1], values)
-        return np.asarray(
-            np.repeat(inputs[f"{port}.gain"], SUBSTEPS) * values + np.repeat(inputs[f"{port}.offset"], SUBSTEPS)
-        )
+        gain, offset = (np.repeat(inputs[f"{port}.{each}"], SUBSTEPS) for each in ("gain", "offset"))
+        return np.asarray(gain * values + offset)
 
-    speed = fine(found, "motor_speed")
-    samples = np.full((len(speed), len(MotorAngleSample._fields)), np.nan)
+    speed = _fine(found, "motor_speed")
+    samples = np.full((len(speed), len(_COLUMN)), np.nan)
     for name in NOISES:
-        samples[:, MotorAngleSample._fields.index(name)] = fine(found, name) if "voltage" in name else through(name)
+        samples[:, _COLUMN[name]] = _fine(found, name) if "voltage" in name else through(name)
     if quantum:
-        angle = samples[round(start * RATE) :, ANGLE]
+        angle = samples[round(start * RATE) :, _COLUMN["motor_angle_mechanical"]]
         angle[:] = quantum * np.round(angle / quantum)
-    target = MotorAngleSample._fields.index("target_motor_angle_mechanical")
-    samples[::SUBSTEPS, target] = inputs["target_motor_angle"]
-    return BenchDrive(samples, speed, fine(found, "motor_angle_mechanical"))
+    samples[::SUBSTEPS, _COLUMN["target_motor_angle_mechanical"]] = inputs["target_motor_angle"]
+    return BenchDrive(samples, speed, _fine(found, "motor_angle_mechanical"))
 
 
 def noisy(clean: BenchDrive, random: np.random.Generator) -> BenchDrive:
     """The drive with sensor noise."""
     samples = clean.samples.copy()
     for name, noise in NOISES.items():
-        samples[:, MotorAngleSample._fields.index(name)] += noise * random.normal(size=len(samples))
+        samples[:, _COLUMN[name]] += noise * random.normal(size=len(samples))
     return replace(clean, samples=samples)
-
-
-SAMPLE_TIME = 1.0 / RATE  # Sampling interval [s]
-NOISE = tuple(NOISES[name] for name in MotorAngleObserver.Sample._fields)
-"""Standard deviations of the sensor noise, in the order of a sample [A, A, V, V, rad]."""
 
 
 @dataclass(frozen=True)
@@ -229,50 +209,41 @@ def bench(
 def to_and_fro(
     seed: int, seconds: float, temperature: float = REFERENCE_TEMPERATURE, inverter: Inverter = AFS_MOTOR.inverter
 ) -> ObserverDrive:
-    """Simulate a drive in both directions against a spring, along `course`.
-
-    Args:
-        seconds: duration [s]
-        temperature: temperature of the motor [K]
-    """
+    """Simulate a drive in both directions against a spring, along `course`, at a temperature of the motor [K]."""
     time = bench_time(seconds)
     return observed_drive(bench(temperature, inverter=inverter), course(time, seed), np.zeros(len(time)), seed)
 
 
 def observed_drive(plant: Block, target: np.ndarray, load: np.ndarray, seed: int, **more: np.ndarray) -> ObserverDrive:
-    """Simulate a bench under angle control, as an observer receives it.
+    """Simulate a bench under angle control, as an observer receives it; all inputs are values per step of the bench.
 
     Args:
         plant: the bench, or a `Varied` one with parameters as inputs
-        target: target angle, a value per step of the bench [rad]
-        load: load torque besides the spring, a value per step of the bench [N*m]
-        more: further inputs of the bench by name, a value per step
+        target: target angle [rad]
+        load: load torque besides the spring [N*m]
+        more: further inputs of the bench by name
     """
     return _run(plant, seed, target_motor_angle=target, load_torque=load, control=np.ones(len(target)), **more)
 
 
 def locked(plant: Block, torque: np.ndarray, seed: int) -> ObserverDrive:
-    """Simulate a bench with locked shaft.
-
-    Args:
-        torque: torque command, a value per step of the bench [N*m]
-    """
+    """Simulate a bench with locked shaft under a torque command, a value per step of the bench [N*m]."""
     return _run(plant, seed, motor_torque=torque, locked=np.ones(len(torque)))
 
 
 def _run(plant: Block, seed: int, **given: np.ndarray) -> ObserverDrive:
-    found = scan(plant, np.column_stack(list(inputs_of(plant, **given).values())))
-    true = np.column_stack([fine(found, name) for name in MotorAngleObserver.Sample._fields])
+    found = scan(plant, np.column_stack(list(_inputs_of(plant, **given).values())))
+    true = np.column_stack([_fine(found, name) for name in MotorAngleObserver.Sample._fields])
     opposing = found["motor.truth_load_torque"] + found["motor.truth_motor_friction_torque"]
-    commands = np.column_stack([fine(found, f"motor_target_voltage_{axis}") for axis in ("alpha", "beta")])
-    angle, speed = fine(found, "motor_angle_mechanical"), fine(found, "motor_speed")
+    commands = np.column_stack([_fine(found, f"motor_target_voltage_{axis}") for axis in ("alpha", "beta")])
     load, resistance = (np.repeat(each, SUBSTEPS) for each in (opposing, found["motor.truth_motor_resistance"]))
-    return ObserverDrive(true + noises(seed, true.shape), angle, speed, load, commands, resistance)
+    noise = np.random.default_rng([seed, 5]).normal(size=true.shape) * _NOISE
+    angle, speed = _fine(found, "motor_angle_mechanical"), _fine(found, "motor_speed")
+    return ObserverDrive(true + noise, angle, speed, load, commands, resistance)
 
 
-def noises(seed: int, shape: tuple[int, ...]) -> np.ndarray:
-    """Normally distributed sensor noise of a drive."""
-    return np.asarray(np.random.default_rng([seed, 5]).normal(size=shape) * NOISE)
+RESISTANCE, FLUX, INDUCTANCE = (0.8, 1.3), (0.94, 1.02), (0.93, 1.07)
+"""Ranges of the true values over those that an observer assumes, by temperature and tolerance."""
 
 
 def with_true(p: SampledMotorParameters, resistance: float, flux: float, inductance: float) -> SampledMotorParameters:
@@ -285,25 +256,10 @@ def with_true(p: SampledMotorParameters, resistance: float, flux: float, inducta
     )
 
 
-RESISTANCE, FLUX, INDUCTANCE = (0.8, 1.3), (0.94, 1.02), (0.93, 1.07)
-"""Ranges of the true values over those that an observer assumes, by temperature and tolerance."""
-
-
-def of_another_motor(random: np.random.Generator) -> MotorAngleObserver:
-    """The observer with parameters from which the true ones differ at random, within the ranges."""
-    factors = (random.uniform(*span) for span in (RESISTANCE, FLUX, INDUCTANCE))
-    return MotorAngleObserver(with_true(parameters()[1], *factors))
-
-
-def parameters(name: str = "motor-bench") -> tuple[DqMotorParameters, SampledMotorParameters]:
+def parameters(name: str = "motor-bench") -> tuple[MotorParameters, SampledMotorParameters]:
     """Parameters of a vehicle's motor, for observers in the rotor frame and in the stator frame."""
     vehicle = load(name)
-    return vehicle.parameters_for(DqMotorParameters), vehicle.parameters_for(SampledMotorParameters)
-
-
-def electrical(angle: np.ndarray) -> np.ndarray:
-    """Electrical angle of an angle of the bench's shaft, wrapped to -pi to pi [rad]."""
-    return np.angle(np.exp(1j * parameters()[0].motor_pole_pairs * angle))
+    return vehicle.parameters_for(MotorParameters), vehicle.parameters_for(SampledMotorParameters)
 
 
 def rms(values: np.ndarray) -> float:

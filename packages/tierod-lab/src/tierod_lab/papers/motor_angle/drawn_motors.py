@@ -56,11 +56,7 @@ def drawn(seed: int) -> Drawn:
 
 
 def recording(seen: ObserverDrive, temperature: float | None = None) -> Recording:
-    """The drive as a recording of a user.
-
-    Args:
-        temperature: temperature of the winding [K]; None for a motor without that sensor
-    """
+    """The drive as a recording of a user, with the temperature of the winding where its motor has that sensor [K]."""
     columns = dict(zip(MotorAngleObserver.Sample._fields, seen.samples.T, strict=True))
     units = {"current": "A", "voltage": "V", "angle": "rad"}
     channels = {

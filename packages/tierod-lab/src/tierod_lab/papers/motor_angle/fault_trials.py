@@ -23,7 +23,6 @@ from tierod_lab.papers.motor_angle.bench import (
     SUBSTEPS,
     bench_inputs,
     course,
-    drive,
     faulty_ports,
     noisy,
     recorded,
@@ -32,8 +31,6 @@ from tierod_lab.papers.motor_angle.bench import (
 from tierod_lab.papers.motor_angle.sensor_faults import Fault
 
 EARLIEST, LATEST, AFTER = 5.5, 7.0, 1.5  # Earliest and latest start of a fault, and time for which it is watched [s]
-STROKE = 0.6  # Time between reversals of the motor in drives at one speed [s]
-SHARPNESS = 8.0  # Steepness of the reversals, which take about 0.05 s [-]
 STEPS = (0.819173, 0.671044, 0.549700)
 """Increments of an additive recurrence that fills three ranges evenly: powers of 1/1.220744, root of x^4 = x + 1."""
 
@@ -45,11 +42,7 @@ def bench_monitor() -> MotorAngleMonitor:
 
 
 def other_motor(number: int) -> MotorAngleMonitor:
-    """The bench's monitor with the parameters of another motor.
-
-    Args:
-        number: number of the motor; successive numbers fill the ranges of three parameters evenly
-    """
+    """The bench's monitor with the parameters of another motor; successive numbers fill three ranges evenly."""
     monitor = bench_monitor()
     shares = [(0.5 + number * step) % 1.0 for step in STEPS]
     factors = [
@@ -93,66 +86,47 @@ class Found(NamedTuple):
     first: str  # test that alarmed first
 
 
-class Trial(NamedTuple):
-    """A drive for the injection of faults."""
-
-    seed: int  # seed of course and noise
-    speed: float = 0.0  # speed of its strokes [rad/s]; 0 for a course of many speeds
-
-
 @dataclass(frozen=True)
 class Begun:
     """State of bench and monitor before a fault, and the next step of the bench, the last fault-free one."""
 
-    trial: Trial
+    seed: int
     step: int
     bench: Memory
     monitor: Memory
 
 
-def target(trial: Trial, steps: int) -> np.ndarray:
+def _target(seed: int, steps: int) -> np.ndarray:
     """Target angle of the motor every millisecond [rad]."""
-    time = np.arange(steps) * SUBSTEPS / RATE
-    if not trial.speed:
-        return course(time, trial.seed)
-    phase = np.random.default_rng(trial.seed).uniform(0.0, 2.0 * np.pi)
-    rate = trial.speed * np.tanh(SHARPNESS * np.sin(np.pi * time / STROKE + phase)) * np.clip(2.0 * time, 0.0, 1.0)
-    return np.cumsum(rate) * SUBSTEPS / RATE
+    return course(np.arange(steps) * SUBSTEPS / RATE, seed)
 
 
-def begin(trial: Trial) -> Begun | None:
+def begin(seed: int) -> Begun | None:
     """Simulate up to a random time at which the motor turns; None where it does not turn."""
     # The interval from `EARLIEST` to `LATEST` runs twice: to find when the motor turns, then up to the chosen step.
     early, late = (round(seconds * RATE / SUBSTEPS) for seconds in (EARLIEST, LATEST))
-    asked = np.column_stack(list(bench_inputs(target(trial, late)).values()))
-    random = np.random.default_rng([trial.seed, 77])
+    asked = np.column_stack(list(bench_inputs(_target(seed, late)).values()))
+    random = np.random.default_rng([seed, 77])
     bench, monitor, known = _on(None, None, asked[:early], random)
     _, _, known = _on(bench, monitor, asked[early:], random)
     turning = np.flatnonzero(known > 0.5)
     if not len(turning):
         return None
-    step = early + int(np.random.default_rng(trial.seed).choice(turning)) // SUBSTEPS
+    step = early + int(np.random.default_rng(seed).choice(turning)) // SUBSTEPS
     bench, monitor, _ = _on(bench, monitor, asked[early : step - 1], random)
-    return Begun(trial, step - 1, bench, monitor)
+    return Begun(seed, step - 1, bench, monitor)
 
 
 def found(begun: Begun, fault: Fault) -> Found:
     """Simulate a fault from that state on, and evaluate its outcome."""
     # One fault-free step comes first, so that a stuck sensor has a reading to hold.
     after = round(AFTER * RATE / SUBSTEPS)
-    inputs = bench_inputs(target(begun.trial, begun.step + after)[begun.step :])
+    inputs = bench_inputs(_target(begun.seed, begun.step + after)[begun.step :])
     since = np.arange(-1, after - 1) * SUBSTEPS / RATE
     inputs |= faulty_ports(fault, since, inputs["target_motor_angle"])
     ran = scan(MotorBench(), np.column_stack(list(inputs.values())), begun.bench)
-    seen = noisy(recorded(ran, inputs, fault.quantum, SUBSTEPS / RATE), np.random.default_rng([begun.trial.seed, 78]))
+    seen = noisy(recorded(ran, inputs, fault.quantum, SUBSTEPS / RATE), np.random.default_rng([begun.seed, 78]))
     return delays(scan(bench_monitor(), seen.samples, begun.monitor), SUBSTEPS, fault)
-
-
-def anywhere(fault: Fault, seed: int, seconds: float = 9.0) -> Found:
-    """Outcome of a fault that begins at any time of a drive, at standstill and in the first seconds as well."""
-    start = np.random.default_rng([seed, 3]).integers(500, round(1e3 * (seconds - AFTER))) * 1e-3
-    outputs = scan(bench_monitor(), drive(seed, seconds, fault, start).samples)
-    return delays(outputs, round(start * RATE), fault)
 
 
 def delays(outputs: Result, start: int, fault: Fault) -> Found:

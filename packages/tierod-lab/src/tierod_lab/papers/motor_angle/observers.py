@@ -1,33 +1,131 @@
-"""The paper's observers of a speed, and their integral from the first angle of the sensor."""
+"""The paper's motor in the rotor frame, and its observers of a speed, integrated from the sensor's first angle."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from tierod.core.block import Scalar, Tree, Truth, named_tuple, skeleton
-from tierod.core.errors import ParameterError, nearest
+from tierod.core.errors import ParameterError
 from tierod.core.fields import POSITIVE
-from tierod.core.graph.derivatives import jacobian
 from tierod.core.graph.maths import both, either, present, select, where
 from tierod.core.model import Model
-from tierod.methods.estimators.kalman import KalmanFilter, Prediction
-from tierod.methods.estimators.kernels import predict_covariance
-from tierod.methods.estimators.linear_algebra import Noise
-from tierod.methods.estimators.shapes import Belief, leaf_values
+from tierod.methods.estimators.kalman import KalmanFilter
+from tierod.methods.estimators.shapes import Belief
 from tierod.models.linear import LinearSystem, Matrices, as_model, discretise, sampled
-from tierod.models.stator_frame_motor import MotorParameters, SampledMotorParameters
+from tierod.models.stator_frame_motor import MotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver, MotorAngleTuning
 from tierod.physics.clarke_park import RotorVector, StatorVector, direction, electrical_angle, park, wrapped
-from tierod.physics.pm_motor import back_emf_constant, stator_flux_rate
+from tierod.physics.pm_motor import (
+    back_emf_constant,
+    current_rate,
+    electromagnetic_torque,
+    rotor_acceleration,
+    torque_constant,
+)
 from tierod_lab.methods.pole_placement import place
-from tierod_lab.papers.motor_angle.dq_motor import DqMotor, DqMotorParameters, LoadedDqMotor, q_axis_motor, with_load
 
 INPUTS = ("voltage_q", "current_q")  # Inputs of a continuous observer
+
+
+class DqMotor:
+    """Model of the currents in the rotor frame and the speed, with the load as an input.
+
+    Validity: no saturation; the rotor frame turns with the true electrical angle.
+    Source: Reinelt et al., eqs (12) to (14), where theta is the mechanical angle; corrected: the torque constant is
+    3/2 c_M with amplitude-invariant vectors, and a salient motor makes torque by (L_sd - L_sq) i_sd i_sq too.
+    """
+
+    class State(NamedTuple):
+        current_d: Annotated[float, "A"]
+        current_q: Annotated[float, "A"]
+        speed: Annotated[float, "rad/s"]
+
+    class Input(NamedTuple):
+        voltage_d: Annotated[float, "V"]
+        voltage_q: Annotated[float, "V"]
+        load_torque: Annotated[float, "N*m"]
+
+    class Output(NamedTuple):
+        current_d: Annotated[float, "A"]
+        current_q: Annotated[float, "A"]
+
+    Parameters = MotorParameters
+
+    @staticmethod
+    def derivative(x: State, u: Input, p: MotorParameters) -> State:
+        return DqMotor.State(*_rates(x, u, u.load_torque, p))
+
+    @staticmethod
+    def output(x: State, u: Input, p: MotorParameters) -> Output:
+        return DqMotor.Output(x.current_d, x.current_q)
+
+
+class LoadedDqMotor:
+    """The same model with the load as a constant state, which process noise turns into a random walk.
+
+    Source: as `DqMotor`; the load state is an addition, since a neglected load biases the speed.
+    """
+
+    class State(NamedTuple):
+        current_d: Annotated[float, "A"]
+        current_q: Annotated[float, "A"]
+        speed: Annotated[float, "rad/s"]
+        load_torque: Annotated[float, "N*m"]
+
+    class Input(NamedTuple):
+        voltage_d: Annotated[float, "V"]
+        voltage_q: Annotated[float, "V"]
+
+    Output = DqMotor.Output
+    Parameters = MotorParameters
+
+    @staticmethod
+    def derivative(x: State, u: Input, p: MotorParameters) -> State:
+        return LoadedDqMotor.State(*_rates(x, u, x.load_torque, p), 0.0)
+
+    @staticmethod
+    def output(x: State, u: Input, p: MotorParameters) -> DqMotor.Output:
+        return DqMotor.Output(x.current_d, x.current_q)
+
+
+def _rates(x: Any, u: Any, load_torque: Scalar, p: MotorParameters) -> tuple[Scalar, Scalar, Scalar]:
+    current = RotorVector(x.current_d, x.current_q)
+    along, across = p.motor_inductance, p.inductance_across
+    currents = current_rate(
+        current,
+        RotorVector(u.voltage_d, u.voltage_q),
+        x.speed,
+        resistance=p.motor_resistance,
+        inductance_d=along,
+        inductance_q=across,
+        flux=p.motor_flux,
+        pole_pairs=p.motor_pole_pairs,
+    )
+    torque = electromagnetic_torque(current, p.motor_pole_pairs, p.motor_flux, along, across)
+    return (*currents, rotor_acceleration(torque, load_torque, x.speed, p.motor_inertia, p.motor_damping))
+
+
+def q_axis_motor(p: MotorParameters, load: bool = False) -> LinearSystem:
+    """Linear system from the q-axis voltage to the q-axis current.
+
+    Args:
+        load: whether a constant load torque is a third state
+
+    Validity: no d-axis current.
+    Source: Reinelt et al., eqs (15), (16), (19) and (20), which print c_M where 3/2 c_M belongs in the mechanical row.
+    """
+    emf, torque = (make(p.motor_pole_pairs, p.motor_flux) for make in (back_emf_constant, torque_constant))
+    A, B, C = np.zeros((3, 3)), np.array([[1.0 / p.motor_inductance], [0.0], [0.0]]), np.array([[1.0, 0.0, 0.0]])
+    A[0, :2] = -p.motor_resistance / p.motor_inductance, -emf / p.motor_inductance
+    A[1] = torque / p.motor_inertia, -p.motor_damping / p.motor_inertia, -1.0 / p.motor_inertia
+    states = ("current_q", "speed", "load_torque")
+    n = 3 if load else 2
+    return LinearSystem(A[:n, :n], B[:n], C[:, :n], np.zeros((1, 1)), states[:n], ("voltage_q",), ("current_q",))
 
 
 def full_observer(motor: LinearSystem, poles: Sequence[complex]) -> LinearSystem:
@@ -36,9 +134,6 @@ def full_observer(motor: LinearSystem, poles: Sequence[complex]) -> LinearSystem
     Args:
         motor: result of `q_axis_motor`, with or without load
         poles: poles of the error [1/s], one per state
-
-    Raises:
-        ParameterError: the poles cannot be placed
 
     Source: Reinelt et al., eqs (21) to (24).
     """
@@ -55,9 +150,6 @@ def reduced_observer(motor: LinearSystem, poles: Sequence[complex]) -> LinearSys
         motor: result of `q_axis_motor`, with or without load
         poles: poles of the error [1/s], one per state except the current
 
-    Raises:
-        ParameterError: the poles cannot be placed
-
     Source: Reinelt et al., eqs (25) to (33). Corrected in (32): K multiplies c_M/L_sq in the factor of x_B and
     R_s/L_sq in that of I_sq, where z_p is printed, and the voltage counts with -K/L_sq.
     """
@@ -71,31 +163,11 @@ def reduced_observer(motor: LinearSystem, poles: Sequence[complex]) -> LinearSys
     return LinearSystem(A, np.hstack([voltage, current]), np.eye(len(estimated)), D, estimated, INPUTS, estimated)
 
 
-def printed_reduced_observer(p: MotorParameters, motor: LinearSystem, pole: float) -> LinearSystem:
-    """Eq (32) exactly as printed, with the gain of the correct observer: unstable for every motor.
-
-    Args:
-        motor: result of `q_axis_motor` without load
-        pole: pole of the correct observer [1/s]
-
-    Source: Reinelt et al., eqs (32) and (33).
-    """
-    emf, inductance = back_emf_constant(p.motor_pole_pairs, p.motor_flux), p.motor_inductance
-    damping = p.motor_damping / p.motor_inertia
-    gain = (pole + damping) * inductance / emf
-    own = emf / inductance - damping
-    current = own * gain + motor.A[1, 0] + p.motor_pole_pairs * p.motor_resistance / inductance
-    A, B = np.array([[own]]), np.array([[gain / inductance, current]])
-    estimated = motor.states[1:]
-    return LinearSystem(A, B, np.eye(1), np.array([[0.0, gain]]), estimated, INPUTS, estimated)
-
-
 def speed_per_load(observer: LinearSystem, motor: LinearSystem, p: MotorParameters) -> float:
     """Steady-state error of the speed, true less estimated, per unknown load [rad/s per N*m].
 
     Args:
-        observer: result of `full_observer` or `reduced_observer`, for any motor
-        motor: the true motor, from `q_axis_motor`
+        motor: the true motor, from `q_axis_motor` without load
 
     Source: final value of (24); without load -1/(b + c_M (K_t - J k_2)/(R + L k_1)) for the full observer and 1/(J p)
     for the reduced one.
@@ -107,7 +179,7 @@ def speed_per_load(observer: LinearSystem, motor: LinearSystem, p: MotorParamete
 
 
 class LinearMemory(NamedTuple):
-    """States of the observer, its last speed and load, and the current of the last sample."""
+    """States of the observer, its last estimates, and the current of the last sample."""
 
     x: Tree
     estimate: Tree
@@ -127,15 +199,7 @@ class LinearSpeed:
 
     @classmethod
     def of(cls, observer: LinearSystem, sample_time: float) -> LinearSpeed:
-        """Sample a continuous observer.
-
-        Args:
-            observer: result of `full_observer` or `reduced_observer`
-            sample_time: sampling interval [s]
-
-        Raises:
-            ParameterError: the observer is unstable
-        """
+        """Sample a continuous observer, which must be stable."""
         fastest = np.linalg.eigvals(observer.A).real.max()
         if not fastest < 0.0:
             raise ParameterError(f"the observer diverges with {fastest:+.3g} 1/s; give poles below zero")
@@ -163,27 +227,6 @@ def _numbers(names: tuple[str, ...]) -> type:
     return named_tuple("Numbers", [(name, Annotated[float, ""]) for name in names])
 
 
-JACOBIANS = ("corrected", "printed")
-"""Jacobian (40) by differentiation of the model, or with the misprints of the paper."""
-
-
-@dataclass(frozen=True)
-class PrintedJacobianFilter(KalmanFilter):
-    """Kalman filter with the misprints of (40) in its covariance, to measure their effect; not for use.
-
-    Source: Reinelt et al., eq (40): the torque stands in the column of i_sd instead of i_sq, and F[2,1] is divided by
-    L_sd instead of L_sq. The prediction of the state stays correct.
-    """
-
-    def _predict(self, state: Belief, inputs: Tree, process: Noise, entering: Noise) -> Prediction:
-        rows = jacobian(lambda mean: self.model.transition(mean, inputs, self.parameters), state.mean)
-        rows[2][0], rows[2][1] = rows[2][1], rows[2][0]
-        # The saliency is L_sq/L_sd, and None for a motor without.
-        rows[1][0] = rows[1][0] * (self.parameters.continuous.motor_saliency or 1.0)
-        covariance = predict_covariance(rows, state.covariance, process)
-        return Prediction(leaf_values(self.model.transition(state.mean, inputs, self.parameters)), covariance)
-
-
 @dataclass(frozen=True)
 class KalmanSpeed:
     """Speed by an extended Kalman filter with three states, or four with the load."""
@@ -209,25 +252,20 @@ class KalmanSpeed:
         return after, (*after.mean[2:], estimate.nis)
 
 
-def speed_filter(
-    p: DqMotorParameters, sample_time: float, tuning: MotorAngleTuning, load: bool = True, reading: str = "corrected"
-) -> KalmanFilter:
+def speed_filter(p: MotorParameters, sample_time: float, tuning: MotorAngleTuning, load: bool) -> KalmanFilter:
     """Extended Kalman filter of currents and speed, and of the load on request.
 
     Args:
         sample_time: sampling interval [s], at most a fifth of the electrical time constant, since (34) is discretised
             by Euler's method
         tuning: noise levels; those of voltage, current, speed and load are used
-        reading: Jacobian (40), "corrected" or "printed"
 
     Raises:
-        ParameterError: the sampling interval is too long, or another reading
+        ParameterError: the sampling interval is too long
 
     Source: Reinelt et al., eqs (34) to (45). Corrected: the Jacobian (40) comes from the graph, and (42) takes the
     expected output at the predicted state.
     """
-    if reading not in JACOBIANS:
-        raise ParameterError(f"reading is '{reading}'{nearest(reading, JACOBIANS)}; expected {' or '.join(JACOBIANS)}")
     share = sample_time * p.motor_resistance / p.motor_inductance
     if not share <= 0.2:
         raise ParameterError(
@@ -237,21 +275,10 @@ def speed_filter(
     current = (tuning.voltage_noise * sample_time / p.motor_inductance) ** 2
     process = (current, current, tuning.speed_wander**2, tuning.load_wander**2)
     start = (tuning.current_noise**2, tuning.current_noise**2, tuning.first_speed**2, tuning.first_load**2)
-    states = 4 if load else 3
-    kind = PrintedJacobianFilter if reading == "printed" else KalmanFilter
-    return kind(
-        model,
-        model.Parameters(p, sample_time),
-        (0.0,) * states,
-        start[:states],
-        process[:states],
-        (tuning.current_noise**2,) * 2,
-    )
+    n = 4 if load else 3
+    readings = (tuning.current_noise**2,) * 2
+    return KalmanFilter(model, model.Parameters(p, sample_time), (0.0,) * n, start[:n], process[:n], readings)
 
-
-Sample = MotorAngleObserver.Sample
-
-AXES = ("own", "measured")  # Angle of Park's transform: the observer's own, or that of the sensor, as printed
 
 UNITS = {
     "motor_angle": "rad",
@@ -262,8 +289,6 @@ UNITS = {
     "nis": "",
 }
 """Units of the outputs."""
-
-WIDEST = 0.3  # Largest electrical angle per sample by which a vector is rotated while samples are missing [rad]
 
 
 @lru_cache(maxsize=32)
@@ -283,22 +308,6 @@ def residual(begun: Scalar, sample: MotorAngleObserver.Sample, angle: Scalar, po
     return where(begun, wrapped(pole_pairs * (sample.motor_angle_mechanical - angle)), 0.0)
 
 
-def flux_rate(sample: MotorAngleObserver.Sample, before: StatorVector, p: SampledMotorParameters) -> StatorVector:
-    """Rate of the stator flux over a sample [V], from the current of the sample before [A]."""
-    # The voltage is a mean over the sample, so that the ohmic drop takes the mean current.
-    mean = StatorVector(
-        0.5 * (sample.motor_current_alpha + before.alpha), 0.5 * (sample.motor_current_beta + before.beta)
-    )
-    voltage = StatorVector(sample.motor_voltage_alpha, sample.motor_voltage_beta)
-    return stator_flux_rate(voltage, mean, p.motor_resistance)
-
-
-FULL_POLES = (-600.0, -700.0)
-"""Poles of the error of current and speed [1/s]: faster than the current's own 500 1/s, below a tenth of 10 kHz."""
-REDUCED_POLES = (-300.0,)  # Pole of the error of the speed [1/s]: slower, since the current passes through unfiltered
-LOAD_POLE = -300.0  # Pole of the error of the load [1/s], which may reverse within some 10 ms
-
-
 class RotorFrameState(NamedTuple):
     """State of the speed observer, angle, speed, and whether the angle has been initialised by the sensor."""
 
@@ -312,27 +321,17 @@ class RotorFrameState(NamedTuple):
 class RotorFrameObserver:
     """Motor angle as the integral of an estimated speed, initialised by the sensor.
 
-    Nothing corrects the angle afterwards, so that errors of the speed accumulate.
-
-    Args:
-        inner: observer of the speed in the rotor frame
-        pole_pairs: electrical turns per mechanical turn
-        axes: angle of Park's transform: "own", the estimated one; or "measured", that of the sensor as printed, so that
-            a fault of the sensor enters the voltages and currents that should reveal it
+    Nothing corrects the angle afterwards, so that errors of the speed accumulate. Park's transform turns by the angle
+    of the sensor, as printed, so that a fault of the sensor enters the voltages and currents that should reveal it.
 
     Source: Reinelt et al., eqs (8), (9), (19) to (45), where the theta of (8) and (9) is electrical.
     """
 
-    inner: LinearSpeed | KalmanSpeed
+    inner: LinearSpeed | KalmanSpeed  # observer of the speed in the rotor frame
     pole_pairs: Annotated[float, ""]
     sample_time: Annotated[float, "s", POSITIVE]
-    axes: str = "own"
 
-    Sample = Sample
-
-    def __post_init__(self) -> None:
-        if self.axes not in AXES:
-            raise ParameterError(f"axes is '{self.axes}'{nearest(self.axes, AXES)}; expected {' or '.join(AXES)}")
+    Sample = MotorAngleObserver.Sample
 
     def init(self) -> RotorFrameState:
         return RotorFrameState(self.inner.start(), 0.0, 0.0, 0.0)
@@ -353,7 +352,7 @@ class RotorFrameObserver:
     ) -> tuple[RotorVector, RotorVector]:
         """Voltage and current in the rotor frame; the voltage is a mean over the sample, at the angle halfway."""
         sensed = sample.motor_angle_mechanical
-        at = predicted if self.axes == "own" else where(present(sensed), sensed, predicted)
+        at = where(present(sensed), sensed, predicted)
         rotor = direction(electrical_angle(at, self.pole_pairs))
         halfway = direction(electrical_angle(at - 0.5 * travel, self.pole_pairs))
         voltage = StatorVector(sample.motor_voltage_alpha, sample.motor_voltage_beta)
@@ -361,81 +360,34 @@ class RotorFrameObserver:
         return park(voltage, halfway), park(current, rotor)
 
 
-def luenberger(
-    p: DqMotorParameters,
-    sample_time: float,
-    *,
-    load: bool = True,
-    poles: tuple[float, ...] = FULL_POLES,
-    axes: str = "own",
-    torque_constant: str = "corrected",
-) -> RotorFrameObserver:
-    """Luenberger observer of a motor, (19) to (24).
-
-    Args:
-        p: parameters of the motor, from a vehicle file
-        sample_time: sampling interval [s]
-        load: whether the load is a state; otherwise a load biases the speed
-        poles: poles of the error of current and speed [1/s]
-        axes: "own" or "measured"
-        torque_constant: "corrected" or "printed"
-
-    Raises:
-        ParameterError: a parameter is not possible
-    """
-    return _linear(full_observer, p, sample_time, load, poles, axes, torque_constant)
+FULL_POLES = (-600.0, -700.0)
+"""Poles of the error of current and speed [1/s]: faster than the current's own 500 1/s, below a tenth of 10 kHz."""
+REDUCED_POLES = (-300.0,)  # Pole of the error of the speed [1/s]: slower, since the current passes through unfiltered
+LOAD_POLE = -300.0  # Pole of the error of the load [1/s], which may reverse within some 10 ms
 
 
-def reduced_luenberger(
-    p: DqMotorParameters,
-    sample_time: float,
-    *,
-    load: bool = True,
-    poles: tuple[float, ...] = REDUCED_POLES,
-    axes: str = "own",
-    torque_constant: str = "corrected",
-) -> RotorFrameObserver:
-    """Reduced Luenberger observer of a motor, (25) to (33) corrected; arguments as in `luenberger`."""
-    return _linear(reduced_observer, p, sample_time, load, poles, axes, torque_constant)
+def luenberger(p: MotorParameters, sample_time: float, load: bool = True) -> RotorFrameObserver:
+    """Luenberger observer of a motor, (19) to (24); without the load as a state a load biases the speed."""
+    return _linear(full_observer, FULL_POLES, p, sample_time, load)
 
 
-def extended_kalman(
-    p: DqMotorParameters,
-    sample_time: float,
-    *,
-    load: bool = True,
-    tuning: MotorAngleTuning | None = None,
-    axes: str = "own",
-    jacobian: str = "corrected",
-) -> RotorFrameObserver:
-    """Extended Kalman filter of a motor in the rotor frame, (34) to (45).
+def reduced_luenberger(p: MotorParameters, sample_time: float, load: bool = True) -> RotorFrameObserver:
+    """Reduced Luenberger observer of a motor, (25) to (33) corrected."""
+    return _linear(reduced_observer, REDUCED_POLES, p, sample_time, load)
 
-    Args:
-        p: parameters of the motor, from a vehicle file
-        sample_time: sampling interval [s]
-        load: whether the load is a state; otherwise a load biases the speed
-        tuning: noise levels; the defaults where None
-        axes: "own" or "measured"
-        jacobian: "corrected" or "printed"
 
-    Raises:
-        ParameterError: a parameter is not possible
-    """
-    inner = KalmanSpeed(speed_filter(p, sample_time, tuning or MotorAngleTuning(), load, jacobian))
-    return RotorFrameObserver(inner, p.motor_pole_pairs, sample_time, axes)
+def extended_kalman(p: MotorParameters, sample_time: float, load: bool = True) -> RotorFrameObserver:
+    """Extended Kalman filter of a motor in the rotor frame, (34) to (45)."""
+    inner = KalmanSpeed(speed_filter(p, sample_time, MotorAngleTuning(), load))
+    return RotorFrameObserver(inner, p.motor_pole_pairs, sample_time)
 
 
 def _linear(
     design: Callable[[LinearSystem, Sequence[complex]], LinearSystem],
-    p: DqMotorParameters,
+    poles: tuple[float, ...],
+    p: MotorParameters,
     sample_time: float,
     load: bool,
-    poles: tuple[float, ...],
-    axes: str,
-    torque_constant: str,
 ) -> RotorFrameObserver:
-    motor = q_axis_motor(p, torque_constant)
-    if load:
-        motor, poles = with_load(motor, p.motor_inertia), (*poles, LOAD_POLE)
-    inner = LinearSpeed.of(design(motor, poles), sample_time)
-    return RotorFrameObserver(inner, p.motor_pole_pairs, sample_time, axes)
+    observer = design(q_axis_motor(p, load), (*poles, LOAD_POLE) if load else poles)
+    return RotorFrameObserver(LinearSpeed.of(observer, sample_time), p.motor_pole_pairs, sample_time)

@@ -8,7 +8,6 @@ from functools import lru_cache
 import numpy as np
 
 from tierod.core.graph import scan
-from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.definition import MotorAngleMonitor
 from tierod_lab.ground.cars.benches import MotorBench
 from tierod_lab.papers.motor_angle.bench import RATE, BenchDrive, bench, bench_time, clean_drive, course, noisy
@@ -56,26 +55,21 @@ def salient_bench(ratio: float) -> MotorBench:
 def salient_monitor(ratio: float, assumed: Assumed = RIGHT) -> MotorAngleMonitor:
     """The monitor of the motor of `salient_bench`."""
     monitor = bench_monitor()
-    parameters = assumed_parameters(monitor.observer.parameters, ratio, assumed)
-    return replace(monitor, observer=replace(monitor.observer, parameters=parameters))
-
-
-def assumed_parameters(p: SampledMotorParameters, ratio: float, assumed: Assumed) -> SampledMotorParameters:
-    """Parameters of the vehicle file for a motor of `salient_bench`; arguments as in `salient_monitor`."""
-    return replace(
+    p = monitor.observer.parameters
+    parameters = replace(
         p,
         motor_inductance=assumed.direct * p.motor_inductance * ratio**-0.8,
         motor_saliency=ratio * assumed.quadrature / assumed.direct,
         motor_resistance=assumed.resistance * p.motor_resistance,
         motor_flux=assumed.flux * p.motor_flux,
     )
+    return replace(monitor, observer=replace(monitor.observer, parameters=parameters))
 
 
 def stepping_load(seconds: float, seed: int, largest: float = LOAD) -> np.ndarray:
     """Piecewise constant load with steps at random times, every millisecond [N*m].
 
     Args:
-        seconds: duration [s]
         largest: largest step; the load lies within half of it of zero [N*m]
     """
     random = np.random.default_rng([seed, 3])
@@ -90,32 +84,16 @@ def stepping_load(seconds: float, seed: int, largest: float = LOAD) -> np.ndarra
 
 
 def salient_drive(
-    ratio: float,
-    seed: int,
-    seconds: float,
-    fault: Fault | None = None,
-    start: float = 0.0,
-    largest: float = LOAD,
+    ratio: float, seed: int, seconds: float, fault: Fault | None = None, start: float = 0.0, largest: float = LOAD
 ) -> BenchDrive:
-    """Simulate and record a drive of `salient_bench` under a stepping load.
-
-    Args:
-        seconds: duration [s]
-        fault: fault of the drive; None for a fault-free one
-        start: start of the fault [s]
-        largest: largest step of the load [N*m]
-    """
+    """Simulate and record a drive of `salient_bench` under a stepping load, with a fault from `start` on [s]."""
     load = stepping_load(seconds, seed, largest)
     clean = clean_drive(seed, seconds, fault, start, salient_bench(ratio), load)
     return noisy(clean, np.random.default_rng([seed, 77]))
 
 
 def fast_drive(ratio: float, seed: int, seconds: float) -> BenchDrive:
-    """Simulate a drive on a low supply, so fast that the flux is weakened.
-
-    Args:
-        ratio, seed, seconds: as in `salient_drive`
-    """
+    """Simulate a drive on a low supply, so fast that the flux is weakened."""
     plant, time = salient_bench(ratio), bench_time(seconds)
     low = replace(plant.motor, inverter=replace(plant.motor.inverter, supply_voltage=LOW_SUPPLY))
     slow = course(time, seed) * np.clip(0.5 * time, 0.0, 1.0)
@@ -125,9 +103,9 @@ def fast_drive(ratio: float, seed: int, seconds: float) -> BenchDrive:
     return noisy(clean, np.random.default_rng([seed, 77]))
 
 
-def found_on_salient(ratio: float, seed: int, fault: Fault, assumed: Assumed = RIGHT) -> Found | None:
+def found_on_salient(ratio: float, seed: int, fault: Fault) -> Found | None:
     """Outcome of a fault that begins at a random time with a valid angle; None without such a time."""
-    monitor, seconds = salient_monitor(ratio, assumed), 9.0
+    monitor, seconds = salient_monitor(ratio), 9.0
     known = scan(monitor, salient_drive(ratio, seed, 7.0).samples)["compared.known"] > 0.5
     # Faults begin after 5.5 s, as in `fault_trials`: in the first five seconds nothing is compared with the observer.
     instants = np.flatnonzero(known[55_000:]) + 55_000

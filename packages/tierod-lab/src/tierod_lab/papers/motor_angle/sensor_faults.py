@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-POLE_PAIRS = 4.0
-DEGREE = math.radians(1.0) / POLE_PAIRS  # One degree of the electrical angle, as angle of the shaft [rad]
+DEGREE = math.radians(1.0) / 4.0  # One degree of the electrical angle of four pole pairs, as angle of the shaft [rad]
 FIVE_DEGREES = 5.0 * DEGREE
 """Five degrees electrical, the smallest offset that deserves an alarm, as angle of the shaft [rad]."""
 
@@ -30,43 +29,28 @@ class Fault:
     size: float = 0.0  # time until the fault is as large as an offset of five degrees electrical [s]
 
 
-def offset(degrees: float) -> Fault:
-    """Constant offset, as of a magnet that has slipped.
+def _constant(value: float) -> Callable[[np.ndarray], np.ndarray]:
+    return lambda time: np.full_like(time, value)
 
-    Args:
-        degrees: offset, electrical [degree]
-    """
+
+def offset(degrees: float) -> Fault:
+    """Constant electrical offset [deg], as of a magnet that has slipped."""
     return Fault(f"offset of {degrees:g}° electrical", offset=_constant(degrees * DEGREE))
 
 
 def drift(degrees: float) -> Fault:
-    """Offset that grows linearly.
-
-    Args:
-        degrees: rate of the offset, electrical [degree/s]
-    """
-    return Fault(
-        f"drift of {degrees:g}°/s electrical",
-        offset=lambda time: degrees * DEGREE * time,
-        size=5.0 / degrees,
-    )
+    """Electrical offset that grows at a rate [deg/s]."""
+    name = f"drift of {degrees:g}°/s electrical"
+    return Fault(name, offset=lambda time: degrees * DEGREE * time, size=5.0 / degrees)
 
 
 def gain(percent: float) -> Fault:
-    """Gain error about the angle at the start of the fault.
-
-    Args:
-        percent: excess of the gain [%]
-    """
+    """Gain that is too large [%], about the angle at the start of the fault."""
     return Fault(f"gain {percent:g} % too large", gain=_constant(1.0 + 0.01 * percent), from_here=True)
 
 
 def noise(degrees: float) -> Fault:
-    """Additional white noise.
-
-    Args:
-        degrees: standard deviation, electrical [degree]
-    """
+    """Additional white noise of an electrical standard deviation [deg]."""
     return Fault(
         f"noise of {degrees:g}° electrical",
         offset=lambda time: degrees * DEGREE * np.random.default_rng(5).normal(size=len(time)),
@@ -74,28 +58,16 @@ def noise(degrees: float) -> Fault:
 
 
 def coarse(degrees: float) -> Fault:
-    """Coarse resolution, as of lost bits.
-
-    Args:
-        degrees: resolution, electrical [degree]
-    """
+    """Coarse electrical resolution [deg], as of lost bits."""
     return Fault(f"steps of {degrees:g}° electrical", quantum=degrees * DEGREE)
 
 
 def intermittent(degrees: float) -> Fault:
-    """Intermittent offset that lasts 5 ms, ten times a second.
-
-    Args:
-        degrees: offset, electrical [degree]
-    """
+    """Electrical offset [deg] that lasts 5 ms, ten times a second."""
     return Fault(
         f"{degrees:g}° electrical for 5 ms, ten times a second",
         offset=lambda time: degrees * DEGREE * ((time + 1e-9) % 0.1 < 5e-3),
     )
-
-
-def _constant(value: float) -> Callable[[np.ndarray], np.ndarray]:
-    return lambda time: np.full_like(time, value)
 
 
 STUCK = Fault("stuck", held=True)
@@ -103,12 +75,12 @@ SWAPPED_SINE = Fault("sine and cosine swapped", gain=_constant(-1.0), offset=_co
 SWAPPED_PHASES = Fault("current phases b and c swapped", gain=_constant(-1.0), signal="motor_current_beta")
 
 FAULTS = (
-    *(offset(degrees) for degrees in (2.0, 3.5, 5.0, -5.0, 10.0, 20.0, 60.0, 180.0)),
-    *(drift(degrees) for degrees in (5.0, 20.0, 100.0)),
-    *(gain(percent) for percent in (0.5, 2.0, 10.0)),
-    *(noise(degrees) for degrees in (2.0, 10.0, 30.0)),
-    *(coarse(degrees) for degrees in (5.0, 20.0, 60.0)),
-    *(intermittent(degrees) for degrees in (5.0, 20.0, 60.0)),
+    *map(offset, (2.0, 5.0, 10.0, 60.0)),
+    *map(drift, (5.0, 20.0, 100.0)),
+    *map(gain, (2.0, 10.0)),
+    *map(noise, (10.0, 30.0)),
+    *map(coarse, (20.0, 60.0)),
+    *map(intermittent, (20.0, 60.0)),
     STUCK,
     SWAPPED_SINE,
     SWAPPED_PHASES,

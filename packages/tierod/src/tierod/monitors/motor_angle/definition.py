@@ -42,6 +42,7 @@ from tierod.monitors.motor_angle.observer import (
     MotorVoltages,
 )
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility, Superposition, VariableGain, WhichAngle
+from tierod.monitors.registry import variants_with_plugins
 from tierod.monitors.session import BlockSession, Conclusion, Monitor, Variant
 from tierod.vehicles import Vehicle
 
@@ -383,14 +384,26 @@ def _if_given(vehicle: Vehicle, kind: type[Part]) -> Part | None:
         return None
 
 
-def _required(voltages: str) -> tuple[str, ...]:
+def required(voltages: str) -> tuple[str, ...]:
+    """Signals without which a variant of a voltage source cannot run."""
     return ("motor_current_alpha", "motor_current_beta", *SIGNALS[voltages], "motor_angle_mechanical")
 
 
 def _variant(voltages: str, summary: str) -> Variant:
     source = f"beyond {PAPER}; docs/explanation/motor-angle.md"
     opener = partial(_open, voltages)
-    return Variant(VARIANTS[voltages], summary, source, opener, DECISIONS, required=_required(voltages))
+    return Variant(VARIANTS[voltages], summary, source, opener, DECISIONS, required=required(voltages))
+
+
+STATOR_FRAME = _variant(
+    MEASURED, "Kalman filter in stator coordinates without the sensor, cumulative sums, further tests."
+)
+COMMANDED_VOLTAGE = _variant(
+    COMMANDED, "The same with the commanded voltages; the voltage loss of the inverter is estimated too."
+)
+DUTY_CYCLE = _variant(
+    DUTY_CYCLES, "The same with duty cycles and supply voltage; the voltage loss of the inverter is estimated too."
+)
 
 
 MOTOR_ANGLE = Monitor(
@@ -400,7 +413,7 @@ MOTOR_ANGLE = Monitor(
     summary="Compares a motor's angle sensor with the angle that its currents and voltages give, and names its faults.",
     source=PAPER,
     drive=f"Steering that turns the motor faster than about 10 rad/s, for at least {LEAST_KNOWN:g} s in all.",
-    required=_required(MEASURED),
+    required=required(MEASURED),
     optional=(
         "target_motor_angle_mechanical",
         "motor_current_a",
@@ -420,21 +433,15 @@ MOTOR_ANGLE = Monitor(
     minimum_rate=500.0,
     # A slow channel is valid at its readings only: a held angle would look like a stuck sensor.
     maximum_age=0.6e-4,
-    variants={
-        each.name: each
-        for each in (
-            _variant(
-                MEASURED, "Kalman filter in stator coordinates without the sensor, cumulative sums, further tests."
-            ),
-            _variant(
-                COMMANDED, "The same with the commanded voltages; the voltage loss of the inverter is estimated too."
-            ),
-            _variant(
-                DUTY_CYCLES,
-                "The same with duty cycles and supply voltage; the voltage loss of the inverter is estimated too.",
-            ),
-        )
-    },
+    variants=variants_with_plugins(
+        "motor-angle",
+        {
+            name: f"tierod.monitors.motor_angle.definition:{constant}"
+            for name, constant in zip(
+                VARIANTS.values(), ("STATOR_FRAME", "COMMANDED_VOLTAGE", "DUTY_CYCLE"), strict=True
+            )
+        },
+    ),
     default=VARIANTS[MEASURED],
     # A stuck angle sensor is a fault that this monitor detects itself.
     subjects=("motor_angle_mechanical", "resolver_sine", "resolver_cosine"),
