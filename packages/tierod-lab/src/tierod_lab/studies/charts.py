@@ -27,7 +27,7 @@ def chart(
     """A chart of curves.
 
     Args:
-        note: what it shows; `said`: the same for a reader who cannot see it
+        note, said: what it shows, for a reader who sees it and for one who cannot
         fields: curves of every field, by its title and the text of its upright axis
         along: text of the common axis
         every: decimation of the curves

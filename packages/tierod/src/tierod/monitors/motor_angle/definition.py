@@ -395,16 +395,10 @@ def _variant(voltages: str, summary: str) -> Variant:
     return Variant(VARIANTS[voltages], summary, source, opener, DECISIONS, required=required(voltages))
 
 
-STATOR_FRAME = _variant(
-    MEASURED, "Kalman filter in stator coordinates without the sensor, cumulative sums, further tests."
-)
-COMMANDED_VOLTAGE = _variant(
-    COMMANDED, "The same with the commanded voltages; the voltage loss of the inverter is estimated too."
-)
-DUTY_CYCLE = _variant(
-    DUTY_CYCLES, "The same with duty cycles and supply voltage; the voltage loss of the inverter is estimated too."
-)
-
+LOSS = "the voltage loss of the inverter is estimated too."
+OF_MEASURED = _variant(MEASURED, "Kalman filter in stator coordinates without the sensor, cumulative sums.")
+OF_COMMANDED = _variant(COMMANDED, f"The same with the commanded voltages; {LOSS}")
+OF_DUTY_CYCLES = _variant(DUTY_CYCLES, f"The same with duty cycles and supply voltage; {LOSS}")
 
 MOTOR_ANGLE = Monitor(
     name="motor-angle",
@@ -434,13 +428,7 @@ MOTOR_ANGLE = Monitor(
     # A slow channel is valid at its readings only: a held angle would look like a stuck sensor.
     maximum_age=0.6e-4,
     variants=variants_with_plugins(
-        "motor-angle",
-        {
-            name: f"tierod.monitors.motor_angle.definition:{constant}"
-            for name, constant in zip(
-                VARIANTS.values(), ("STATOR_FRAME", "COMMANDED_VOLTAGE", "DUTY_CYCLE"), strict=True
-            )
-        },
+        "motor-angle", {name: f"{__name__}:OF_{source.replace(' ', '_').upper()}" for source, name in VARIANTS.items()}
     ),
     default=VARIANTS[MEASURED],
     # A stuck angle sensor is a fault that this monitor detects itself.
