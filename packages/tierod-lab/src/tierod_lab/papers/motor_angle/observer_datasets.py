@@ -20,7 +20,7 @@ from tierod.monitors.motor_angle.observer import MotorAngleObserver, MotorAngleT
 from tierod.vehicles import load
 from tierod_lab.ground import courses
 from tierod_lab.ground.cars import catalogue
-from tierod_lab.ground.cars.motor_bench import MotorBench
+from tierod_lab.ground.cars.benches import MotorBench
 from tierod_lab.ground.integration import Varied
 from tierod_lab.ground.motor import AFS_MOTOR, Inverter, Warming
 from tierod_lab.ground.run import run
