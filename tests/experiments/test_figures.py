@@ -7,12 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from experiments.campaign_rows import row
-from tierod_lab.campaign.figures import (
-    area_under_curve,
-    paired,
-    quantile,
-    share_bound,
-)
+from tierod_lab.campaign.figures import area_under_curve, paired, quantile, share_bound
 from tierod_lab.campaign.pools import confusion, pool
 
 

@@ -19,11 +19,7 @@ from tierod_lab.ground.courses.course import (
     Tremor,
     Unevenness,
 )
-from tierod_lab.ground.courses.manoeuvres import (
-    LockToLock,
-    RandomSteer,
-    SineSteer,
-)
+from tierod_lab.ground.courses.manoeuvres import LockToLock, RandomSteer, SineSteer
 
 
 def test_a_sine_dwells_at_its_last_extreme():

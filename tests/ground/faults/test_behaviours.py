@@ -122,10 +122,7 @@ def parameter(behaviour, element="steering.level"):
         (Scale(0.5, over=2.0), 4.0 - np.minimum(SINCE, 2.0)),
         (Course((1.0, 2.0), (5.0, "7 N*m")), np.clip(5.0 + 2.0 * (SINCE - 1.0), 5.0, 7.0)),
         (Drift(0.1), 4.0 + 0.1 * SINCE),
-        (
-            WithTemperature(353.15, time_constant=2.0),
-            4.0 * (1.0 + 0.00393 * 60.0 * (1.0 - np.exp(-SINCE / 2.0))),
-        ),
+        (WithTemperature(353.15, time_constant=2.0), 4.0 * (1.0 + 0.00393 * 60.0 * (1.0 - np.exp(-SINCE / 2.0)))),
     ],
 )
 def test_a_parameter_changes_as_defined(behaviour, expected):

@@ -91,10 +91,7 @@ def test_a_table_becomes_a_fault(text, expected):
         ("at 0.5 min", AtTime(30.0)),
         (" at 500 m ", AtDistance(500.0)),
         ("between 10 s and 1 min", Within(10.0, 60.0)),
-        (
-            "|yaw_rate| < 5 deg/s and roll_rate > 1 for 2 s",
-            When("|yaw_rate| < 5 deg/s and roll_rate > 1", 2.0),
-        ),
+        ("|yaw_rate| < 5 deg/s and roll_rate > 1 for 2 s", When("|yaw_rate| < 5 deg/s and roll_rate > 1", 2.0)),
     ],
 )
 def test_a_trigger_in_words(text, expected):
@@ -124,11 +121,7 @@ FAULT = "[[faults]]\nelement = 'yaw_rate'\nbehaviour = 'total-loss'\n"
         ("[[faults]]\nelement = 'yaw_rate'\nbehaviour = { kind = 'offset', size = '3 m' }", 3, "measured in 'rad/s'"),
         ("[[faults]]\nelement = 'yaw_rate'\nbehaviour = { kind = 'offset', size = 1 }\nsize = 2", 4, "state the same"),
         ("[[faults]]\nelement = 'yaw_rate'\n[faults.behaviour]\nkind = 'gain'\ngian = 16", 5, "did you mean 'gain'"),
-        (
-            FAULT + "[[faults.also]]\nelement = 'a'\nbehaviour = 'gain'\nsize = 2\nstart = 3",
-            8,
-            "'start' is not known",
-        ),
+        (FAULT + "[[faults.also]]\nelement = 'a'\nbehaviour = 'gain'\nsize = 2\nstart = 3", 8, "'start' is not known"),
         ("[[faults]]\nuse = 'friction-stp'", 2, "did you mean 'friction-step'"),
         ("[[faults]]\nuse = 'absent.toml'", 2, "there is no fault file"),
         ("[[faults]]\nelement = 'yaw_rate'\nbehaviour = 'offset'\nsize = [1, 2]", 4, "has to be a number in rad/s or"),
@@ -168,11 +161,7 @@ def test_a_slip_in_a_file_is_named_with_its_line(text, line, words):
             7,
             "'mass' would become 0 kg",
         ),
-        (
-            "element = 'yaw_rate'\nbehaviour = 'torque-loss'",
-            3,
-            "'torque-loss' does not fit 'yaw_rate', a recorded",
-        ),
+        ("element = 'yaw_rate'\nbehaviour = 'torque-loss'", 3, "'torque-loss' does not fit 'yaw_rate', a recorded"),
         ("element = 'driver_torque'\nbehaviour = 'delay'\nsize = '0.1 s'", 3, "with 'sensor.driver_torque'"),
         ("element = 'mass'\nbehaviour = 'drop-out'", 3, "possible: course, drift, gain"),
         ("element = 'road.curvature'\nbehaviour = 'with-temperature'\nsize = 400", 3, "something around the car"),

@@ -78,13 +78,7 @@ def torque(time):
 
 @pytest.mark.parametrize(
     "behaviour",
-    [
-        TotalLoss(),
-        Offset(0.5),
-        Spikes(3.0, rate=2.0),
-        DropOut(0.5, repeat=True),
-        Intermittent(Stuck(), 0.3, 0.3),
-    ],
+    [TotalLoss(), Offset(0.5), Spikes(3.0, rate=2.0), DropOut(0.5, repeat=True), Intermittent(Stuck(), 0.3, 0.3)],
     ids=lambda behaviour: type(behaviour).__name__,
 )
 def test_a_loop_and_the_recording_see_the_same_fault(behaviour):

@@ -9,17 +9,7 @@ import pytest
 from tierod.core.errors import ParameterError
 from tierod.core.toml import Document
 from tierod_lab.ground.cars import catalogue
-from tierod_lab.ground.faults import (
-    AtTime,
-    Fault,
-    Intermittent,
-    Offset,
-    Ramp,
-    Step,
-    TotalLoss,
-    When,
-    Within,
-)
+from tierod_lab.ground.faults import AtTime, Fault, Intermittent, Offset, Ramp, Step, TotalLoss, When, Within
 from tierod_lab.ground.faults.reading import fault_in_words
 from tierod_lab.ground.scenarios import from_document, load
 from tierod_lab.ground.steering.friction import LuGre

@@ -23,13 +23,7 @@ def test_jitter_of_instants_and_of_stamps():
     assert np.std(stamps[1:] - exact[1:]) == pytest.approx(1e-3, rel=0.03)
 
 
-@pytest.mark.parametrize(
-    ("share", "run"),
-    [
-        (0.05, 4.0),
-        (0.9, 20.0),
-    ],
-)
+@pytest.mark.parametrize(("share", "run"), [(0.05, 4.0), (0.9, 20.0)])
 def test_lost_frames_have_their_share_and_their_runs(share, run):
     lost = lost_frames(400_000, share, run, chance())
     assert lost.mean() == pytest.approx(share, rel=0.05)

@@ -9,27 +9,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from tierod.core.graph import scan
-from tierod.physics.friction import (
-    dahl_slope,
-    lugre_bristle_rate,
-    lugre_torque,
-    stribeck_level,
-)
-from tierod_lab.ground.steering.friction import (
-    Dahl,
-    DahlPower,
-    DryFriction,
-    Law,
-    LuGre,
-    Stribeck,
-)
+from tierod.physics.friction import dahl_slope, lugre_bristle_rate, lugre_torque, stribeck_level
+from tierod_lab.ground.steering.friction import Dahl, DahlPower, DryFriction, Law, LuGre, Stribeck
 
-LAWS = [
-    Dahl(),
-    DahlPower(exponent=2.0),
-    Stribeck(),
-    LuGre(),
-]
+LAWS = [Dahl(), DahlPower(exponent=2.0), Stribeck(), LuGre()]
 IDS = [f"{type(law).__name__}-{getattr(law, 'exponent', '')}".rstrip("-") for law in LAWS]
 AMPLITUDE, STEP = 0.5, 1e-3
 

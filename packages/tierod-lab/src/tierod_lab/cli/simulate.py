@@ -30,8 +30,7 @@ def simulate(
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="print one JSON document")] = False,
     estimates: Annotated[
-        bool,
-        typer.Option("--estimates", help="For a fleet: draw estimates from measured errors; simulate no drives."),
+        bool, typer.Option("--estimates", help="For a fleet: draw estimates from measured errors; simulate no drives.")
     ] = False,
     workers: Annotated[int | None, typer.Option(min=1, help="For a fleet: processes; one per core.")] = None,
 ) -> int:

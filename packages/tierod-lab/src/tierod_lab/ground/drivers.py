@@ -276,12 +276,7 @@ class AutomatedDriver:
         # The tolerance of half a step keeps rounding from lengthening a period by one step.
         time = where(time < self.split.period - 0.5 * self.step_time, time, 0.0)
         targets = Targets(
-            target,
-            demand.speed,
-            first,
-            torque - first,
-            self.mass * acceleration,
-            self.drive_steering * torque,
+            target, demand.speed, first, torque - first, self.mass * acceleration, self.drive_steering * torque
         )
         return Command(angle, speed, target, time), targets
 

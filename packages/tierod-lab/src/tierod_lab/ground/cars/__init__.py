@@ -33,9 +33,7 @@ from tierod_lab.ground.parts import (
     pass_through,
     ports_type,
 )
-from tierod_lab.ground.parts import (
-    Motion as PartMotion,
-)
+from tierod_lab.ground.parts import Motion as PartMotion
 from tierod_lab.ground.powertrain import Powertrain
 
 
@@ -252,12 +250,7 @@ class Car:
         return memory, (0.0,) * len(self.steering.actuators), ()
 
     def init(self) -> State:
-        motion = Motion(
-            self.chassis.init(self.start.speed),
-            self.steering.init(),
-            self.driver.init(),
-            START,
-        )
+        motion = Motion(self.chassis.init(self.start.speed), self.steering.init(), self.driver.init(), START)
         held = Held(
             self.steering.remembered(),
             self.driver.remembered(),

@@ -335,14 +335,7 @@ class TwoTrack(TwoTrackParameters):
         """Forces and rates of every contact patch."""
         sides = Wheels(road.adhesion_left, road.adhesion_right, road.adhesion_left, road.adhesion_right)
         wheels = zip(
-            self.axles,
-            loads,
-            sides,
-            hubs,
-            self._wheel_speeds(motion),
-            motion.longitudinal,
-            motion.lateral,
-            strict=True,
+            self.axles, loads, sides, hubs, self._wheel_speeds(motion), motion.longitudinal, motion.lateral, strict=True
         )
         return Wheels(*(contact(axle.tyre, *rest) for axle, *rest in wheels))
 

@@ -14,15 +14,7 @@ from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE, SHARE
 
 Columns = dict[str, np.ndarray]
 """Values by dotted name of `tierod_lab.ground.parts`: "road.curvature", "demand.speed", "wind.crosswind_speed"."""
-FACTORS = frozenset(
-    (
-        "road.adhesion_left",
-        "road.adhesion_right",
-        "road.support",
-        "demand.grip",
-        "demand.attention",
-    )
-)
+FACTORS = frozenset(("road.adhesion_left", "road.adhesion_right", "road.support", "demand.grip", "demand.attention"))
 """Columns whose default is one and that are multiplied when they are combined; all others add."""
 
 

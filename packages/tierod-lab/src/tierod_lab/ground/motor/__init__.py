@@ -353,12 +353,7 @@ class PmMotor:
     def _made(self, command: StatorVector, current: StatorVector, period: Scalar) -> StatorVector:
         inverter = self.inverter
         lost = lost_voltage(
-            current,
-            inverter.supply_voltage,
-            inverter.dead_time,
-            period,
-            inverter.forward_drop,
-            inverter.knee_current,
+            current, inverter.supply_voltage, inverter.dead_time, period, inverter.forward_drop, inverter.knee_current
         )
         return StatorVector(command.alpha - lost.alpha, command.beta - lost.beta)
 

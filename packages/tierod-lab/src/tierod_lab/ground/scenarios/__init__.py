@@ -345,8 +345,7 @@ def _car(given: CarTable | str, document: Document) -> tuple[Plant, str]:
 def _plant(name: str, own: Plant, document: Document) -> Plant:
     if name.lower().endswith(".fmu"):
         raise document.error(
-            ("plant",),
-            f"'{name}' is a unit, but 'plant' needs the plant file (.toml) that maps its variables",
+            ("plant",), f"'{name}' is a unit, but 'plant' needs the plant file (.toml) that maps its variables"
         )
     try:
         return plant_car(document.beside(name, "plant"), own)[0]

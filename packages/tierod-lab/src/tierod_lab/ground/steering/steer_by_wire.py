@@ -99,9 +99,7 @@ class SteerByWire:
     # linkage from the pinion to the road wheels, 1/r_s; its friction is F_w
     linkage: Linkage = field(
         default_factory=lambda: Linkage(
-            ratio=1.0 / 17.0,
-            road_wheel_inertia=0.5,
-            friction=DryFriction(level=30.0, law=Dahl(math.radians(0.1))),
+            ratio=1.0 / 17.0, road_wheel_inertia=0.5, friction=DryFriction(level=30.0, law=Dahl(math.radians(0.1)))
         )
     )
     hand_wheel: HandWheel = field(default_factory=HandWheel)
@@ -143,9 +141,7 @@ class SteerByWire:
             balance.acceleration,
             self.motor.torque_rate(motion.motor_torque, road),
             HandWheelMotion(
-                motion.wheel.rate,
-                balance.wheel_acceleration,
-                self.feedback.torque_rate(motion.wheel.torque, feedback),
+                motion.wheel.rate, balance.wheel_acceleration, self.feedback.torque_rate(motion.wheel.torque, feedback)
             ),
         )
 
