@@ -91,7 +91,6 @@ PACKAGES = (
     "tierod.monitors.diagnose",
     "tierod.monitors.inspection",
     "tierod.monitors.session",
-    "tierod.monitors.baseline",
     "tierod.report",
     "tierod_lab.ground",
     "tierod_lab.campaign",
