@@ -61,15 +61,6 @@ def test_the_kernel_computes_algorithm_1(case, missing):
         np.testing.assert_allclose(run[name], values, rtol=5e-7, atol=5e-8, equal_nan=False, err_msg=name)
 
 
-def test_float_steps_and_the_kernel_agree():
-    monitor, samples = consistent(CAR), signals(300, missing=True)
-    state, run = monitor.init(), scan(monitor, samples)
-    for index, row in enumerate(samples):
-        state, output = monitor.step(state, monitor.Sample(*map(float, row)))
-        assert output.friction_torque == pytest.approx(run["friction_torque"][index], rel=1e-9)
-        assert output.nis == pytest.approx(run["nis"][index], rel=1e-7, abs=1e-9)
-
-
 def test_printed_variance_shrinks_in_disabled_time_and_the_consistent_one_does_not():
     samples = signals(2000)
     samples[:, 2] = 0.0

@@ -8,7 +8,6 @@ import pytest
 from exact_vehicle import diagnose
 from tierod.cli import main
 from tierod.core.errors import TierodError
-from tierod.core.signals import SIGNALS
 from tierod.io.readers import LACKING, read
 from tierod.monitors.acceptance import refusals
 from tierod.monitors.registry import MONITORS
@@ -96,18 +95,6 @@ def test_a_monitor_names_the_column_that_the_map_gives_for_its_signal_in_vain(re
     reasons = refusals(MONITORS["friction"], load("midsize-eps"), part)
     assert "which the recording does not have: car.toml names 'Tm' for motor_torque" in reasons["pre-sliding"]
     assert not refusals(MONITORS["sideslip"], load("midsize-eps"), part)["combined"]
-
-
-@pytest.mark.parametrize(
-    ("unit", "advice"), [(None, "record it"), ("degC", "record it"), ("N*m", "channel map"), ("", "channel map")]
-)
-def test_a_channel_map_is_advised_only_where_a_channel_could_be_the_signal(recorded, unit, advice):
-    whole = recorded("drive")
-    rest = {name: each for name, each in whole.channels.items() if name in SIGNALS and name != "motor_torque"}
-    if unit is not None:
-        rest["M_17"] = replace(whole["motor_torque"], name="M_17", unit=unit)
-    reason = refusals(MONITORS["friction"], load("midsize-eps"), replace(whole, channels=rest))["pre-sliding"]
-    assert [each for each in ("record it", "channel map") if each in reason] == [advice]
 
 
 def refusal_of(*asked):

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from tierod.cli import main
-from tierod.core.findings import Diagnosis
+from tierod.core.findings import Diagnosis, Finding
 from tierod.core.recording import Recording
 from tierod.core.statuses import Status
 from tierod.io.writers import write
 from tierod.monitors.baseline import Baseline
 from tierod.monitors.diagnose import diagnose
-from tierod.vehicles import Vehicle, load
-from tierod_lab.ground import drive
+from tierod.vehicles import Parameter, Vehicle, load
+from tierod_lab.ground import drive, lock_to_lock
 from tierod_lab.ground.scenarios import load as load_scenario
 
 GAIN = 1.4
@@ -109,16 +109,6 @@ def test_measuring_what_friction_names_decides(fault_free):
     assert after.findings[0].status is Status.HEALTHY
 
 
-def test_a_baseline_tells_whether_rising_friction_above_the_fault_limit_is_a_fault(risen):
-    recording = scaled(risen, 1.2)
-    rising = diagnose(recording, "midsize-eps", "friction").findings[0]
-    assert rising.status is Status.RISING
-    assert "judge against this car's baseline from an earlier fault-free drive" in rising.action
-    for level, status in ((4.0, Status.FAULT), (6.5, Status.RISING)):
-        own = Baseline("midsize-eps", rising.monitor, level, 0.01, "N*m", 100.0)
-        assert diagnose(recording, "midsize-eps", "friction", baseline=own).findings[0].status is status
-
-
 def test_a_signal_that_was_never_there_with_the_others_is_found_as_advised(fault_free, tmp_path, capsys):
     time = fault_free["driver_torque"].time
     parts = {"driver_torque": time < 150.0, "lateral_acceleration": fault_free["lateral_acceleration"].time > 150.0}
@@ -171,3 +161,65 @@ def test_a_vehicle_file_that_is_corrected_as_advised_is_consistent(column):
     right = dataclasses.replace(wrong.parameters[name], value=float(value))
     corrected = dataclasses.replace(wrong, parameters={**wrong.parameters, name: right})
     assert diagnose(column, corrected, "driver-torque").findings[0].status is Status.CONSISTENT
+
+
+TRUE = 4.0
+
+
+def calibrated(deviation: float) -> Vehicle:
+    car = load("midsize-eps")
+    known = Parameter("torque_gain_deviation", deviation, "", None, "calibration")
+    return dataclasses.replace(car, parameters={**car.parameters, known.name: known})
+
+
+def judged(recording: Recording, vehicle: Vehicle | str = "midsize-eps") -> Finding:
+    return diagnose(recording, vehicle, "friction").findings[0]
+
+
+@pytest.mark.parametrize("gain", [0.86, 1.0, 1.14])
+def test_the_interval_holds_the_truth_for_a_gain_within_the_assumption(fault_free, gain):
+    found = judged(scaled(fault_free, gain))
+    assert found.estimate is not None
+    assert abs(found.estimate.value - TRUE) < 1.96 * found.estimate.standard_deviation
+    assert "torque gains ± 8 % included" in found.details
+
+
+def test_friction_far_below_nominal_is_healthy_with_a_remark_and_its_cure(fault_free):
+    car = load("midsize-eps")
+    known = {name: each for name, each in car.parameters.items() if not name.startswith("assist_")}
+    without_map = dataclasses.replace(car, parameters=known)
+    low, usual = (judged(each, without_map) for each in (scaled(fault_free, 0.6), fault_free))
+    assert low.status is usual.status is Status.HEALTHY
+    share = low.estimate.value / 4.0
+    assert f"only {share:.2f} times nominal" in low.details
+    assert "the gains of driver_torque and motor_torque" in low.cause
+    assert "another car" in low.cause
+    assert "judge against this car's baseline" in low.action
+    assert "times nominal" not in " ".join((*usual.details, usual.cause, *usual.warnings))
+
+
+@pytest.mark.parametrize("against", ["nominal", "baseline"])
+def test_a_loop_far_narrower_than_expected_is_not_as_expected(against):
+    test = lock_to_lock(TRUE, hoist=True, seed=6)
+    own = None
+    if against == "baseline":
+        own = Baseline("midsize-eps", "hysteresis, hoist", TRUE, 0.02, "N*m", 60.0, rate=1.0)
+    low, usual = (
+        diagnose(each, "midsize-eps", "hysteresis", "hoist", baseline=own, spread=False).findings[0]
+        for each in (scaled(test, 0.6), test)
+    )
+    assert low.status is usual.status is Status.HEALTHY
+    assert "only 0.5" in low.cause
+    assert "the gains of driver_torque and motor_torque" in low.cause
+    assert "calibrate driver_torque and motor_torque" in low.action
+    assert ("--baseline" in low.action) == (own is None)
+    assert usual.cause == "the loop is as wide as expected"
+    assert usual.action == "none"
+
+
+def test_a_gain_that_may_hide_a_fault_leaves_no_verdict(fault_free):
+    found = judged(fault_free, calibrated(0.6))
+    assert found.status is Status.NOT_IDENTIFIABLE
+    assert found.headline == "Friction: not identifiable, torque_gain_deviation decides the verdict"
+    assert found.action.startswith("give a fault-free drive of this car as baseline")
+    assert judged(fault_free, calibrated(0.2)).status is Status.HEALTHY

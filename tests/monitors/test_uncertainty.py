@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from rolling_car import OWN, car, monitor
+from shared_data import shared_data
 from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
+from tierod.io.readers import read
+from tierod.monitors import uncertainty
 from tierod.monitors.diagnose import diagnose
 from tierod.monitors.run import Run
+from tierod.monitors.runner import find
+from tierod.monitors.session import opened
+from tierod.monitors.uncertainty import Uncertain
+from tierod.vehicles import Vehicle, load
+from tierod.vehicles.uncertain import WatchedParameters, may_move
+from tierod_lab.ground import drive as driven
+from tierod_lab.papers.own_car.brochure import brochure_car
 
 COARSE = replace(monitor(), lane_rate=10.0)
 """The monitor at 50 Hz, whose lanes see every fifth sample."""
@@ -102,14 +113,71 @@ def test_healthy_turns_where_an_estimate_passes_its_limit_and_not_where_a_car_on
     assert diagnose(drive(), car(1.2, 0.2), monitor(limit=0.3)).findings[0].status is Status.HEALTHY
 
 
-def test_the_band_holds_the_truth_of_cars_within_the_spread():
-    """95 % of cars whose distance lies within its spread; 200 of them, so that 89 to 99 % are by chance."""
-    random, held, exact = np.random.default_rng(20261123), 0, 0
-    found = diagnose(drive(), car(1.2, 0.2), monitor()).findings[0].estimate
-    for distance in random.normal(1.2, 0.2, 200):
-        largest = 0.1 * distance
-        error = abs(found.value + random.normal(0.0, OWN) - largest)
-        held += error <= 1.96 * found.standard_deviation
-        exact += error <= 1.96 * OWN
-    assert 0.89 <= held / 200 <= 0.99
-    assert exact / 200 < 0.75
+TRUTHS = ("sideslip_angle", "truth_sideslip_angle")
+
+
+def guessed(vehicle: Vehicle, **values: tuple[float, float | None]) -> Vehicle:
+    parameters = dict(vehicle.parameters)
+    for name, (value, deviation) in values.items():
+        parameters[name] = dataclasses.replace(parameters[name], value=value, standard_deviation=deviation)
+    return dataclasses.replace(vehicle, parameters=parameters)
+
+
+@pytest.fixture(scope="module")
+def slow_turns():
+    path = shared_data("revsted_slip_angle", "obd.csv")
+    return read(path, channel_map=load("revsted-car").channel_map)
+
+
+def test_a_guessed_distance_gives_a_band_that_holds_the_truth_and_is_named(slow_turns):
+    bare = Recording({name: each for name, each in slow_turns.channels.items() if name not in TRUTHS})
+    found = diagnose(bare, guessed(load("revsted-car"), rear_distance=(1.2, 0.3)), "sideslip")
+    finding, estimate = found.findings[0], found.findings[0].estimate
+    assert finding.status is Status.ESTIMATED
+    assert abs(np.degrees(estimate.value) + 9.5) < 1.96 * np.degrees(estimate.standard_deviation) < 10.0
+    assert found.parameter_effects[0].name == "rear_distance"
+    assert found.parameter_effects[0].share > 0.9
+    assert any("rear_distance ±0.3 m shifts it by ±3" in each for each in finding.warnings)
+    exact = diagnose(bare, guessed(load("revsted-car"), rear_distance=(1.2, 0.3)), "sideslip", spread=False)
+    # Each headline takes the sample that is surely so large, with its own band.
+    assert exact.findings[0].estimate.value == pytest.approx(estimate.value, rel=0.01)
+    assert exact.findings[0].estimate.standard_deviation < 0.1 * estimate.standard_deviation
+    assert "assumed to be exact" in exact.remarks["parameters"]
+
+
+def test_the_file_of_the_car_is_consistent_with_its_reference(slow_turns):
+    finding = diagnose(slow_turns, "revsted-car", "sideslip").findings[0]
+    assert finding.status is Status.CONSISTENT
+    assert finding.evidence["truth_within_wider_band_share"] > 0.95
+
+
+@pytest.mark.usefixtures("kernels_in_a_moment")
+def test_lanes_in_one_kernel_show_what_each_shows_alone_to_the_last_bit(monkeypatch):
+    monkeypatch.setattr(uncertainty, "AT_ONCE", 1)
+    whole, found = driven(minutes=1.5, seed=2), []
+    for least in (np.inf, 0):
+        monkeypatch.setattr(uncertainty, "ABREAST_FROM", least)
+        found.append(diagnose(whole, brochure_car("unknown", "midsize", 1500.0, 2.7), "friction"))
+    alone, abreast = found
+    assert alone.findings == abreast.findings
+    assert alone.parameter_effects == abreast.parameter_effects != ()
+    for name, trace in alone.traces.items():
+        np.testing.assert_array_equal(trace.upper, abreast.traces[name].upper, err_msg=name)
+
+
+@pytest.mark.parametrize(
+    ("monitor", "held"),
+    [
+        ("friction", set()),
+        ("driver-torque", set()),
+        ("sideslip", {"front_cornering_stiffness", "rear_cornering_stiffness"}),
+    ],
+)
+def test_every_uncertain_parameter_that_a_monitor_reads_is_moved_but_those_in_its_own_band(monitor, held):
+    car = brochure_car("unknown", "midsize", 1500.0, 2.7)
+    definition, variant = find(monitor)
+    read = WatchedParameters(car.parameters)
+    opened(definition, variant, dataclasses.replace(car, parameters=read))
+    uncertain = {name for name in read.read if may_move(name) and car.parameters[name].standard_deviation}
+    assert set(Uncertain(definition, variant, car, None).names) >= uncertain - held - {"front_distance"}
+    assert monitor == "sideslip" or "motor_ratio" in uncertain

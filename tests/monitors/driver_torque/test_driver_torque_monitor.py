@@ -5,17 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import driven
 from exact_vehicle import diagnose
 from said import said
-from tierod.core.errors import ParameterError
+from tierod.core.findings import Status
 from tierod.core.recording import Recording
-from tierod.core.statuses import Status
 from tierod.monitors.driver_torque.definition import DRIVER_TORQUE
+from tierod.monitors.driver_torque.facts import CASES
 from tierod.vehicles import load
 from tierod_lab.ground.cars.benches import ColumnBench
 from tierod_lab.ground.courses.bench import BenchHands
 from tierod_lab.ground.run import run
-from tierod_lab.ground.scenarios import load as scenario
 from tierod_lab.ground.sensors import SensorSet
 
 BENCH = load("column-bench")
@@ -27,11 +27,6 @@ COURSE = BenchHands(time=60.0, shortest=6.0, longest=9.0, seed=11)
 @pytest.fixture(scope="module")
 def bench():
     return run(ColumnBench(), COURSE, sensors=SensorSet.bench(), seed=3).recording
-
-
-@pytest.fixture(scope="module")
-def drive():
-    return scenario("hands-off").run().recording
 
 
 def judged(recording, vehicle=BENCH, variant=None):
@@ -71,15 +66,6 @@ def test_every_variant_judges_the_bench(bench, variant):
     assert {"hand_torque", "hands_on", "true_hand_torque"} <= set(diagnosis.traces)
     assert finding.evidence["error_against_truth_rms_Nm"] < 0.2
     assert finding.estimate is None or finding.estimate.standard_deviation > 0.0
-
-
-def test_at_a_hundred_readings_per_second_it_runs_on_their_grid(drive):
-    finding, diagnosis = judged(drive, load("midsize-eps"))
-    assert finding.status.quiet
-    assert diagnosis.recording["duration_s"] == pytest.approx(60.0, abs=0.02)
-    assert finding.evidence["ready_s"] > 55.0
-    assert finding.evidence["hands_on_s"] > 40.0
-    assert finding.evidence["error_against_truth_rms_Nm"] < 0.2
 
 
 @pytest.mark.parametrize("name", ["steering_wheel_angle", "driver_torque", "motor_angle_mechanical"])
@@ -139,18 +125,33 @@ def test_a_late_signal_is_named_with_its_lag(bench, name):
     assert "stiffness" not in finding.cause
 
 
-def slower(recording, step):
-    return Recording(
-        {n: replace(c, time=c.time[::step], values=c.values[::step]) for n, c in recording.channels.items()},
-        recording.metadata,
-    )
+CAR = load("midsize-eps")
+UNSIGNED = CASES["unsigned"].cause
+SIGNALS = ("steering_wheel_angle", "driver_torque", "motor_torque", "truth_hand_torque")
 
 
-@pytest.mark.parametrize("variant", ["interacting", pytest.param("fixed-lag", marks=pytest.mark.slow)])
-def test_a_gear_that_is_too_fast_for_the_rate_is_left_out(bench, variant):
-    finding, diagnosis = judged(slower(bench, 20), variant=variant)
-    assert finding.status.quiet
-    assert finding.evidence["error_against_truth_rms_Nm"] < 0.1
-    assert "too fast for 50 samples per second" in diagnosis.remarks["estimate"]
-    with pytest.raises(ParameterError, match="take a variant that leaves it out"):
-        judged(slower(bench, 20), variant="full")
+def by_work(*names, **factors):
+    whole = driven.drive(minutes=8.0, seed=3)
+    channels = {name: whole[name] for name in SIGNALS if name in (*names, "truth_hand_torque")}
+    for name, factor in factors.items():
+        channels[name] = replace(channels[name], values=factor * channels[name].values)
+    return diagnose(Recording(channels, whole.metadata), CAR, "driver-torque", None)
+
+
+@pytest.mark.parametrize("name", SIGNALS[:3])
+def test_a_wrong_sign_shows_without_the_angle_of_the_motor(name):
+    diagnosis = by_work(*SIGNALS, **{name: -1.0})
+    finding = diagnosis.findings[0]
+    assert finding.status is Status.NOT_TESTABLE
+    assert finding.cause.startswith(f"{name} has the wrong sign")
+    assert finding.estimate is None
+    assert "hand_torque" not in diagnosis.traces
+
+
+def test_without_the_torque_of_the_motor_a_wrong_sign_is_a_doubt_and_a_right_one_is_said_to_be_unchecked():
+    right, wrong = (by_work(*SIGNALS[:2], driver_torque=factor).findings[0] for factor in (1.0, -1.0))
+    assert right.status.quiet
+    assert wrong.status.quiet
+    assert UNSIGNED in right.warnings
+    assert any("a wrong sign of driver_torque" in each for each in wrong.warnings)
+    assert not any("a wrong sign" in each for each in right.warnings)

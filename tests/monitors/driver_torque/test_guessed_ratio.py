@@ -6,7 +6,6 @@ import pytest
 
 from exact_vehicle import diagnose
 from tierod.core.statuses import Status
-from tierod.monitors import diagnose as with_spread
 from tierod.vehicles import load
 from tierod_lab.ground import SensorSet, courses, run
 from tierod_lab.ground.cars import catalogue as cars
@@ -41,11 +40,3 @@ def test_a_ratio_within_the_deviation_of_the_file_is_taken_from_the_angles(drive
     assert not any("motor_ratio" in each for each in exact.warnings)
     for name in ("error_against_truth_rms_Nm", "hand_torque_rms_Nm"):
         assert finding.evidence[name] == pytest.approx(exact.evidence[name], rel=0.05)
-
-
-def test_the_spread_of_a_ratio_that_was_seen_moves_nothing(drive):
-    found = with_spread.diagnose(drive, guessed(21.0, 2.5), "driver-torque")
-    assert found.findings[0].status.quiet
-    effects = {each.name: each.effect for each in found.parameter_effects}
-    assert abs(effects.get("motor_ratio", 0.0)) < 1e-9
-    assert max(map(abs, effects.values())) > 1e-3

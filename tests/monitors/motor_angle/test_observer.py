@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 
 from monitors.motor_angle.motor_drives import NOISE, RATE, drive, held, observed
-from tierod.core.errors import ParameterError
-from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.vehicles import load
 
@@ -76,17 +74,3 @@ def test_missing_samples_never_reach_the_state():
     found = observed(OBSERVER, signals)
     assert np.isfinite(found["motor_angle"]).all()
     assert rms(error(found, signals)[5_000:]) < 0.02
-
-
-@pytest.mark.parametrize(
-    ("changes", "says"),
-    [
-        ({"motor_inductance": 0.0}, "motor_inductance is 0.0"),
-        ({"motor_inductance": 1e-6}, "too fast for samples"),
-        ({"sample_time": -1.0}, "sample_time is -1.0"),
-    ],
-)
-def test_parameters_that_cannot_be_are_refused(changes, says):
-    given = {**vars(OBSERVER.parameters), **changes}
-    with pytest.raises(ParameterError, match=says):
-        MotorAngleObserver(SampledMotorParameters(**given))

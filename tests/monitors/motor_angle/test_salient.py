@@ -11,50 +11,16 @@ import pytest
 from monitors.motor_angle.monitored import COLUMN, finding, vehicle_with
 from said import said
 from tierod.core.findings import Status
-from tierod.core.graph import scan
-from tierod_lab.papers.motor_angle.bench import RATE
 from tierod_lab.papers.motor_angle.salient_bench import (
-    RIGHT,
     fast_drive,
-    found_on_salient,
     salient_drive,
     salient_monitor,
-    stepping_load,
 )
-from tierod_lab.papers.motor_angle.sensor_faults import offset
 
 driven = lru_cache(maxsize=8)(salient_drive)
 """Drives that several tests watch; one that changes the samples changes a copy."""
 
 RATIOS = (1.1, pytest.param(2.0, marks=pytest.mark.slow), 3.0)
-
-
-def watched(ratio, assumed=RIGHT, seed=5, seconds=12.0):
-    """Outputs of the monitor, and the error of its angle from 2 s on [rad]."""
-    seen = driven(ratio, seed, seconds)
-    found = scan(salient_monitor(ratio, assumed), seen.samples)
-    return found, (found["estimate.motor_angle"] - seen.angle)[round(2.0 * RATE) :]
-
-
-def alarms(found):
-    return {name for name in found.names if name.startswith("alarms.") and (found[name] > 0.5).any()}
-
-
-@pytest.mark.parametrize("ratio", [1.0, *RATIOS])
-def test_steps_of_the_load_raise_no_alarm_and_the_angle_stays_known(ratio):
-    load = stepping_load(12.0, 5)
-    assert np.count_nonzero(np.abs(np.diff(load)) > 0.5) > 8
-    found, error = watched(ratio)
-    assert not alarms(found)
-    assert np.sqrt(np.mean(error**2)) < 0.004
-    assert np.abs(error).max() < 0.03
-
-
-@pytest.mark.parametrize("ratio", RATIOS)
-@pytest.mark.parametrize("degrees", [5.0, -5.0])
-def test_an_offset_of_five_degrees_is_found_within_fifty_milliseconds(ratio, degrees):
-    found = found_on_salient(ratio, 24, offset(degrees))
-    assert 0.0 < found.delay < 50.0
 
 
 def along(ratio):

@@ -1,3 +1,5 @@
+"""Recordings that hold the inverter's command and no measured voltage."""
+
 import math
 
 import numpy as np
@@ -8,8 +10,12 @@ from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, changed, finding,
 from said import estimated, said
 from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
+from tierod.core.signals import SIGNALS
 from tierod.diagnosis.fault_memory import FaultMemory
-from tierod_lab.papers.motor_angle.bench import RATE, drive
+from tierod.monitors.motor_angle.observer import MotorAngleObserver
+from tierod.physics.clarke_park import StatorVector, inverse_clarke
+from tierod_lab.ground.motor import Inverter
+from tierod_lab.papers.motor_angle.bench import RATE, drive, to_and_fro
 from tierod_lab.papers.motor_angle.sensor_faults import FAULTS, FIVE_DEGREES, offset
 
 ANGLE = FAULT_FREE().samples[:, COLUMN["motor_angle_mechanical"]]
@@ -18,11 +24,6 @@ LATE = np.arange(len(ANGLE)) >= 62_000
 
 def diagnosed(samples, **more):
     return diagnose(recording(samples), "motor-bench", "motor-angle", **more)
-
-
-def test_a_drive_too_slow_is_not_judged():
-    samples = FAULT_FREE().samples[:52_000]
-    assert finding(samples).status is Status.NOT_ENABLED
 
 
 def test_an_electrical_angle_given_as_mechanical_is_named():
@@ -102,3 +103,60 @@ def test_two_or_three_phase_currents_are_as_good_as_their_vector(names):
     found = finding(Recording(with_phases(FAULT_FREE().samples, names)), spread=False)
     assert found.status is Status.HEALTHY
     assert found.evidence == pytest.approx(finding(FAULT_FREE().samples).evidence, rel=1e-6)
+
+
+DRIVE = to_and_fro(82, 9.0, inverter=Inverter(dead_time=1e-6, forward_drop=0.7, knee_current=1.0))
+TARGETS = ("motor_target_voltage_alpha", "motor_target_voltage_beta")
+DUTIES = ("motor_duty_cycle_a", "motor_duty_cycle_b", "motor_duty_cycle_c")
+
+
+def recorded(samples, *more, without=("motor_voltage_alpha", "motor_voltage_beta")):
+    named = dict(zip(MotorAngleObserver.Sample._fields, samples.T, strict=True)) | dict(more)
+    there = {name: np.isfinite(values) for name, values in named.items() if name not in without}
+    return Recording(
+        {
+            name: Channel(name, DRIVE.time[known], named[name][known], SIGNALS[name].unit)
+            for name, known in there.items()
+        }
+    )
+
+
+COMMANDS = tuple(zip(TARGETS, DRIVE.commands.T, strict=True))
+PHASES = inverse_clarke(StatorVector(*DRIVE.commands.T))
+DUTY_CYCLES = (
+    *zip(DUTIES, (0.5 + phase / 13.0 for phase in PHASES), strict=True),
+    ("supply_voltage", np.where(np.arange(len(DRIVE.angle)) % 1000 == 0, 13.0, np.nan)),
+)
+"""The supply comes every 0.1 s."""
+
+
+@pytest.mark.parametrize(
+    ("more", "variant", "result"),
+    [
+        (COMMANDS, "commanded-voltage", "the commanded ones, less the estimated voltage loss"),
+        (DUTY_CYCLES, "duty-cycles", "duty cycles times the supply"),
+    ],
+)
+def test_it_says_which_voltages_it_rests_on_and_what_the_inverter_takes(more, variant, result):
+    found = finding(recorded(DRIVE.samples, *more))
+    assert found.monitor == f"motor-angle, {variant}"
+    assert found.status is Status.HEALTHY
+    assert "commanded voltages give" in said(found)
+    assert result in found.warnings[0]
+    assert found.evidence["inverter_voltage_loss_v"] == pytest.approx(0.83, abs=0.06)
+    assert len(found.warnings) == 1
+
+
+@pytest.mark.parametrize("knee", [0.4, 2.5])
+def test_a_wrong_knee_is_said_and_the_sensor_still_judged(knee):
+    found = finding(recorded(DRIVE.samples, *COMMANDS), vehicle_with(inverter_knee_current=knee))
+    assert found.status is Status.HEALTHY
+    assert f"not at {knee:g} A as in the vehicle file" in found.warnings[1]
+    assert found.evidence["inverter_knee_current_a"] == pytest.approx(1.0, rel=0.15)
+
+
+def test_currents_of_the_wrong_sign_are_named_on_commands_too():
+    samples = DRIVE.samples * np.array([-1.0, -1.0, 1.0, 1.0, 1.0])
+    found = finding(recorded(samples, *COMMANDS))
+    assert found.status is Status.NOT_TESTABLE
+    assert "the currents have the wrong sign" in found.cause

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tierod.monitors.sideslip.consistency import Tolerances, consistency_of
-from tierod.monitors.sideslip.observables import WHEELS, ObservablesOverDrive, OwnMotionOverDrive
+from tierod.monitors.sideslip.observables import WHEELS, ObservablesOverDrive
 from tierod.vehicles import load
 from tierod_lab.papers.own_car.brochure import brochure_car
 
@@ -85,16 +85,3 @@ def test_the_file_of_another_car_is_named(name):
     wrong = over(load(name)).wrong()
     assert wrong is not None
     assert wrong.decisive
-
-
-@pytest.mark.parametrize(("factor", "deviation", "said"), [(1.0, 0.2, False), (3.0, 0.2, True), (3.0, 5.0, False)])
-def test_an_estimate_that_moves_more_than_the_car_is_named_unless_its_band_holds_that(factor, deviation, said):
-    there, motion = signals(), OwnMotionOverDrive(RATE)
-    angle = np.radians(2.0 * np.sin(1.1 * TIME))
-    speed, yaw = 20.0 + 0.0 * TIME, there["yaw_rate"]
-    lateral = speed * yaw + np.gradient(speed * np.tan(angle)) * RATE
-    for at in np.array_split(np.arange(len(TIME)), 7):
-        motion.add(speed[at], yaw[at], lateral[at], factor * angle[at])
-        motion.deviations(np.full(len(at), math.radians(deviation)))
-    assert (motion.wrong() is not None) is said
-    assert motion.share()[0] == pytest.approx(1.0 / factor, rel=0.05)

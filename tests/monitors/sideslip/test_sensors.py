@@ -1,7 +1,5 @@
 """Signs, units, offset of the yaw rate and the one motion of a drive, from made-up signals."""
 
-import math
-
 import numpy as np
 import pytest
 
@@ -11,7 +9,6 @@ from tierod.physics.single_track import steady_yaw_gain, understeer_gradient
 from tierod.vehicles import load
 
 RATE = 100.0
-OFFSET = math.radians(1.7)
 CAR = load("midsize-eps").parameters_for(SingleTrack.Parameters)
 NAMES = ("vehicle_speed", "yaw_rate", "lateral_acceleration", "longitudinal_acceleration", "angle", "torque")
 
@@ -22,22 +19,6 @@ def over(columns, pieces=1):
     for cut in np.array_split(np.arange(length), pieces):
         sensors.add(*(each[cut] for each in whole))
     return sensors
-
-
-def turns(offset=0.0, stand=0.0, yaw=1.0, speed=1.0, acceleration=1.0, bank=0.0, angle=0.0, pieces=1, circle=0.0):
-    """Turns at a steady speed after a standstill, with signals of wrong scale or zero."""
-    time = np.arange(0.0, 40.0, 1.0 / RATE)
-    v = np.where(time < stand, 0.0, 12.0)
-    turn = np.where(time < stand, 0.0, circle + 0.15 * np.sin(2.0 * time))
-    return over(
-        {
-            "vehicle_speed": speed * v,
-            "yaw_rate": yaw * turn + offset,
-            "lateral_acceleration": acceleration * (v * turn + bank),
-            "angle": turn / SingleTrack.steady_yaw_gain(12.0, CAR) + angle,
-        },
-        pieces,
-    )
 
 
 def driven(pieces=1, **changed):
@@ -63,33 +44,6 @@ def test_signals_that_fit_show_nothing_however_they_are_cut():
         assert sensors.turned() == ()
         assert sensors.wrong_motion() is sensors.wrong_unit() is sensors.offset() is None
     assert driven(13).beside_turns() == pytest.approx(driven().beside_turns(), rel=1e-6, abs=1e-12)
-
-
-@pytest.mark.parametrize("stand", [0.0, 3.0])
-def test_an_offset_is_reported_standing_and_driving(stand):
-    found = turns(offset=OFFSET, stand=stand, pieces=3).offset()
-    assert found.value == pytest.approx(OFFSET, rel=0.05)
-    assert ("stands" in found.shown_by) == (stand > 0.0)
-
-
-def steady(*parts):
-    """Parts of (seconds, speed, yaw rate, lateral acceleration) with straight wheels."""
-    rows = np.concatenate([np.tile(part[1:], (round(part[0] * RATE), 1)) for part in parts])
-    return over(dict(zip(NAMES, rows.T, strict=False)) | {"angle": 0.0})
-
-
-@pytest.mark.parametrize(
-    ("change", "word"),
-    [
-        ({"yaw": 57.3}, "degrees"),
-        ({"yaw": 1.0 / 57.3}, "product of speed and yaw rate"),
-        ({"speed": 3.6}, "product of speed and yaw rate"),
-        ({"acceleration": 1.0 / 9.81}, "product of speed and yaw rate"),
-    ],
-)
-def test_a_wrong_unit_is_reported(change, word):
-    assert word in turns(**change, pieces=2).wrong_unit()
-    assert turns(bank=0.3, offset=0.01).wrong_unit() is None
 
 
 @pytest.mark.parametrize(

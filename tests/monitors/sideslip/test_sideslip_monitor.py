@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from exact_vehicle import diagnose
-from tierod.core.errors import ParameterError
 from tierod.core.recording import Recording
 from tierod.core.statuses import Status
 from tierod.monitors.sideslip.definition import TRACES
@@ -79,25 +78,11 @@ def test_a_wrong_sign_is_named_from_the_data_and_the_value_withheld(drive, chann
     assert "sideslip_angle" not in diagnosis.traces
 
 
-def test_the_steering_wheel_stands_in_for_the_road_wheels(drive):
-    wheel = dataclasses.replace(drive["truth_steering_wheel_angle"], name="steering_wheel_angle")
-    found = finding(without(drive, "road_wheel_angle").with_channels([wheel]))
-    assert found.status.quiet
-    assert found.evidence["error_against_truth_rms_rad"] < math.radians(0.5)
-
-
 def test_without_torque_it_names_the_channels_and_the_variant_that_needs_none(drive):
     found = finding(without(drive, "motor_current"))
     assert found.status is Status.NOT_AVAILABLE
     assert "motor_torque or motor_current" in found.cause
     assert "combined" in found.action
-
-
-@pytest.mark.parametrize("variant", [VARIANT, "combined"])
-def test_a_yaw_rate_in_degrees_is_not_judged(drive, variant):
-    found = finding(changed(drive, yaw_rate=57.3), variant)
-    assert found.status is Status.NOT_TESTABLE
-    assert "degrees" in found.cause
 
 
 def test_a_band_that_does_not_hold_the_truth_is_suspect(drive):
@@ -106,19 +91,3 @@ def test_a_band_that_does_not_hold_the_truth_is_suspect(drive):
     assert found.evidence["truth_within_band_share"] < 0.8
     assert "the 95 % band contains the recorded truth for" in found.cause
     assert found.headline == "Sideslip: inconsistent, the band misses the recorded truth"
-
-
-def slow(drive, rate):
-    step = round(100.0 / rate)
-    channels = {name: drive[name] for name in drive.names}
-    return Recording(
-        {n: dataclasses.replace(c, time=c.time[::step], values=c.values[::step]) for n, c in channels.items()}
-    )
-
-
-@pytest.mark.parametrize(
-    ("variant", "needed"), [("combined", 33), ("two-stage-kalman", 50), ("conventional-poles", 50)]
-)
-def test_a_variant_that_needs_a_faster_recording_says_so(drive, variant, needed):
-    with pytest.raises(ParameterError, match=f"at {needed} Hz or more, but has 20 Hz"):
-        finding(slow(drive, 20.0), variant)

@@ -81,33 +81,3 @@ def test_what_a_car_with_unsigned_speeds_does_in_reverse_is_neither_its_largest_
     assert abs(abs(back.estimate.value) - abs(out.estimate.value)) < 2.0 * out.estimate.standard_deviation
     assert back.evidence["limit_announced_s"] == 0.0
     assert not any("revers" in each for each in out.warnings)
-
-
-@pytest.mark.parametrize(("angle", "offset", "named"), [(0.5, 0.0, False), (0.0, 0.03, True)])
-def test_creeping_with_turned_wheels_is_no_offset_of_the_yaw_rate(car, angle, offset, named):
-    """A car that creeps below the resolution of its speed turns; one that stands with straight wheels does not."""
-    time = np.arange(0.0, 34.0, STEP)
-    creeps = 0.09 if angle else 0.0
-    speed = np.interp(time, [0, 8, 9, 14, 34], [creeps, creeps, 2.5, 6.0, 6.0])
-    steer = np.interp(time, [0, 8, 9, 10], [angle, angle, 0.0, 0.0]) + np.where(time > 12, 0.05 * np.sin(time), 0.0)
-    (made,) = recordings([(QUADRICYCLE, (speed, steer))], SEED)
-    yaw_rate = made["yaw_rate"]
-    made = made.with_channels([dataclasses.replace(yaw_rate, values=yaw_rate.values + offset)])
-    finding = diagnose(made, car, "sideslip").findings[0]
-    assert ("offset" in f"{finding.headline} {finding.cause}") is named
-
-
-@pytest.mark.parametrize("offset", [0.0, 0.03])
-def test_an_offset_of_the_yaw_rate_is_named_by_the_wheels_despite_a_wave_on_the_speed(car, offset):
-    time = np.arange(0.0, 60.0, STEP)
-    speed, steer = 6.0 + 1.5 * np.sin(0.3 * time), 0.07 * np.sin(0.7 * time)
-    (made,) = recordings([(QUADRICYCLE, (speed, steer))], SEED)
-    made = made.slice(6.0)
-    yaw_rate, read = made["yaw_rate"], made["vehicle_speed"]
-    wave = read.values + (0.8 + 0.8 * np.sin(0.2 * read.time) if offset else 0.0)
-    made = made.with_channels(
-        [dataclasses.replace(yaw_rate, values=yaw_rate.values + offset), dataclasses.replace(read, values=wave)]
-    )
-    finding = diagnose(made, car, "sideslip", spread=False).findings[0]
-    assert ("offset of" in f"{said(finding)} {finding.cause}") is bool(offset)
-    assert finding.status.exit_code == (1 if offset else 0)

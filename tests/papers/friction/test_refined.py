@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from models.friction_paper import CAR
-from monitors.friction.drives import driven, enabled_seconds
+from papers.friction.drives import driven, enabled_seconds
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.models.friction_estimation import FrictionEstimation

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from models.friction_paper import CAR
-from monitors.friction.drives import driven, enabled_seconds
+from papers.friction.drives import driven, enabled_seconds
 from tierod.core.graph import scan
 from tierod_lab.papers.friction.presets import consistent, unscented
 

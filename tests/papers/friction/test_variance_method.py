@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from models.friction_paper import CAR
-from monitors.friction.drives import driven
+from papers.friction.drives import driven
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.graph import scan
 from tierod.models.friction_estimation import rate_hold

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from monitors.motor_angle.steady_motor import load_torque, steady
+from papers.motor_angle.steady_motor import load_torque, steady
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.models.linear import linearise

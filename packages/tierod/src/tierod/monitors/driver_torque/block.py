@@ -29,8 +29,8 @@ CORRECT = "correct it in the channel map (factor -1)"
 class WorkOverDrive:
     """Work of motor and bar, and time with opposed hands and motor, over the pieces of a recording."""
 
-    def __init__(self, ratio: float, rate: float) -> None:
-        self._ratio, self._rate, self._angle = ratio, rate, np.nan
+    def __init__(self, rate: float) -> None:
+        self._rate, self._angle = rate, np.nan
         self._worked = self._opposed = 0
         self._motor = self._bar = self._alone = 0.0
 
@@ -39,26 +39,27 @@ class WorkOverDrive:
         self._worked += int(np.count_nonzero(worked))
         self._opposed += int(np.count_nonzero(worked & (bar * motor < 0.0)))
         travel = np.diff(angle, prepend=self._angle)
-        by_motor, by_bar = self._ratio * motor * travel, bar * travel
+        by_motor, by_bar = motor * travel, bar * travel
         together = np.isfinite(by_motor) & np.isfinite(by_bar)
         self._motor += float(by_motor[together].sum())
         self._bar += float(by_bar[together].sum())
         self._alone += float(by_bar[np.isfinite(by_bar)].sum())
         self._angle = float(angle[-1]) if len(angle) else self._angle
 
-    def wrong_signs(self, motor: str) -> tuple[str, ...]:
-        """A sentence for the signal with the wrong sign; none where all signs may be right."""
+    def wrong_signs(self, motor: str, ratio: float) -> tuple[str, ...]:
+        """A sentence for the signal with the wrong sign by the motor's ratio; none where all signs may be right."""
+        by_motor = ratio * self._motor
         share = self._opposed / max(self._worked, 1)
         if self._worked >= LEAST_WORKED * self._rate and share > WRONG_SIGN_SHARE:
             # Hands may pull against a motor that turns the wheel; a motor that only brakes is not an assist.
-            name, work = ("driver_torque", self._bar) if self._bar < self._motor else (motor, self._motor)
+            name, work = ("driver_torque", self._bar) if self._bar < by_motor else (motor, by_motor)
             drawn = f", and it takes {-work:.0f} J out of the steering" if work < 0.0 else ""
             opposed = f"driver and motor torque oppose each other for {share:.0%} of the time"
             return (f"{name} has the wrong sign: {opposed}{drawn}; {CORRECT}",)
-        if self._motor + self._bar < -LEAST_WORK:
+        if by_motor + self._bar < -LEAST_WORK:
             return (
                 f"steering_wheel_angle has the wrong sign, or both driver_torque and {motor}: the torques take "
-                f"{-self._motor - self._bar:.0f} J out of the steering, which cannot supply energy; {CORRECT}",
+                f"{-by_motor - self._bar:.0f} J out of the steering, which cannot supply energy; {CORRECT}",
             )
         return ()
 

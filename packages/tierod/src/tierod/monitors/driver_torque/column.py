@@ -115,9 +115,9 @@ class BelowBarOverDrive:
     Valid on a bench; in a car rack and road act as well. A few samples are lost at the cuts between pieces.
     """
 
-    def __init__(self, ratio: float, rate: float) -> None:
-        self._ratio, self._rate, self._step = ratio, rate, max(round(SPAN * rate), 1)
-        self._moments = Moments(4)
+    def __init__(self, rate: float) -> None:
+        self._rate, self._step = rate, max(round(SPAN * rate), 1)
+        self._moments = Moments(5)
 
     def add(self, motor_torque: np.ndarray, motor_angle: np.ndarray, driver_torque: np.ndarray) -> None:
         step, span = self._step, self._step / self._rate
@@ -125,12 +125,13 @@ class BelowBarOverDrive:
             return
         behind, now, ahead = motor_angle[: -2 * step], motor_angle[step:-step], motor_angle[2 * step :]
         speed = (ahead - behind) / (2.0 * span)
-        torque = (motor_torque + driver_torque / self._ratio)[step:-step]
-        self._moments.add((ahead - 2.0 * now + behind) / span**2, speed, np.tanh(speed / SLIDING), torque)
+        torques = (each[step:-step] for each in (motor_torque, driver_torque))
+        self._moments.add((ahead - 2.0 * now + behind) / span**2, speed, np.tanh(speed / SLIDING), *torques)
 
-    def inertia(self) -> float | None:
+    def inertia(self, ratio: float) -> float | None:
         """Inertia of motor and gear at the motor's shaft [kg m^2]; None where it is not identifiable."""
-        products = self._moments.products
+        together = np.vstack([np.eye(4), [0.0, 0.0, 0.0, 1.0 / ratio]])
+        products = together.T @ self._moments.products @ together
         if not self._moments.deviation() > LEAST:
             return None
         found = solved(products[:3, :3], products[:3, 3], products[3, 3], self._moments.count)
@@ -178,22 +179,21 @@ class Contradiction(NamedTuple):
 class ContradictionOverDrive:
     """Collector of the three signals of a torsion bar over a recording."""
 
-    def __init__(self, ratio: float, stiffness: float, rate: float):
-        self._scales = np.array([1.0, -1.0 / ratio, -1.0 / stiffness])
+    def __init__(self, rate: float):
         self._stride = Stride(max(round(rate / RATE), 1))
         self._rate = rate / self._stride.step
         self._kept = Rows(3, round(LONGEST * self._rate))
 
     def add(self, wheel_angle: np.ndarray, motor_angle: np.ndarray, driver_torque: np.ndarray) -> None:
         kept = self._stride.over(len(wheel_angle))
-        self._kept.add(np.column_stack([wheel_angle, motor_angle, driver_torque])[kept] * self._scales)
+        self._kept.add(np.column_stack([each[kept] for each in (wheel_angle, motor_angle, driver_torque)]))
 
-    def found(self) -> Contradiction | None:
+    def found(self, ratio: float, stiffness: float) -> Contradiction | None:
         """The contradicting signal; None with too few samples.
 
         A stuck signal takes precedence, then a gain or delay, then a slow change.
         """
-        rows = self._kept.values
+        rows = self._kept.values * [1.0, -1.0 / ratio, -1.0 / stiffness]
         there = np.isfinite(rows).all(axis=1)
         if np.count_nonzero(there) < LEAST_ROWS:
             return None

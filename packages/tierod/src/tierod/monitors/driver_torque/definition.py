@@ -26,7 +26,7 @@ from tierod.monitors.driver_torque.design import (
     tuning_at,
     usual_tuning,
 )
-from tierod.monitors.driver_torque.evidence import TRUTH, Drive, DriveFigures
+from tierod.monitors.driver_torque.evidence import TRUTH, Drive, DriveFigures, SignalsOverDrive
 from tierod.monitors.driver_torque.facts import (
     CASES,
     DECISIONS,
@@ -72,6 +72,7 @@ class Fitted(NamedTuple):
 
     noise: SensorNoise  # noise of the sensors
     with_motor: bool  # whether the observer uses the motor's angle
+    signals: SignalsOverDrive  # statistics of its signals, which every vehicle within the spread shares
     # Ratio of the angles, in place of a guess of the vehicle file; None where the file's is used.
     motor_ratio: float | None = None
     # Whether the motor's angle is present but not used, since its ratio is a guess and cannot be identified.
@@ -106,11 +107,11 @@ class DriverTorqueSession(BlockSession):
         super().__init__(build(vehicle, usual, True), shown)
         self._build, self._usual, self.rate, self.name = build, usual, rate, name
         self.vehicle = self._given = vehicle
-        self._fitted = Fitted(usual, True)
+        self._fitted = Fitted(usual, True, SignalsOverDrive(rate))
         self.traces = {**self.traces, "true_hand_torque": "N*m"}
         self.signals = (*self.signals, TRUTH)
         self._has_nis, self._remark, self.rules = "nis" not in lacking, remark, FitRules()
-        self._figures = DriveFigures(vehicle, rate, self._has_nis)
+        self._figures = self._figures_of(self._fitted)
         self._truth, self._nis = np.full(delay, np.nan), np.empty(0)
 
     def prepared(self, aligned: Aligned) -> Aligned:
@@ -138,30 +139,36 @@ class DriverTorqueSession(BlockSession):
             # A deviation of zero, so that the identified ratio no longer counts as a guess.
             known = replace(self._given.parameters["motor_ratio"], value=fitted.motor_ratio, standard_deviation=0.0)
             self.vehicle = replace(self._given, parameters={**self._given.parameters, "motor_ratio": known})
-            self._figures = DriveFigures(self.vehicle, self.rate, self._has_nis)
+        self._figures = self._figures_of(fitted)
         self.block = self._build(self.vehicle, fitted.noise, fitted.with_motor)
+
+    def _figures_of(self, fitted: Fitted) -> DriveFigures:
+        return DriveFigures(self.vehicle, self.rate, self._has_nis, fitted.signals)
 
     def _suited(self, columns: Mapping[str, np.ndarray]) -> Fitted:
         first = slice(round(MEASURED * self.rate))
         wheel, motor, torque = (columns[name][first] for name in SIGNALS)
         noise = measured_noise(wheel, torque, self.rate, self._usual)
+        fitted = self._fitted._replace(noise=noise)
         if not np.isfinite(columns["motor_angle_mechanical"]).any():
-            return Fitted(noise, False)
+            return fitted._replace(with_motor=False)
         known = self._given.parameters["motor_ratio"]
         # A ratio that is less certain than a design value and wrong by more imitates torques.
         if not is_guess(known, RATIO_SPREAD):
-            return Fitted(noise, True)
+            return fitted
         geometry = GeometryOverDrive(self.rate)
         geometry.add(wheel, motor, torque)
         found = geometry.found()
         if found is None or found.ratio_uncertainty > RATIO_SPREAD:
-            return Fitted(noise, False, hidden=True)
+            return fitted._replace(with_motor=False, hidden=True)
         fits = not self.rules.apart(found.ratio / known.value - 1.0, ratio_spread(self._given))
-        return Fitted(noise, True, found.ratio if fits else None)
+        return fitted._replace(motor_ratio=found.ratio if fits else None)
 
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
         self._nis = result["nis"] / np.where(result["present"] > 0.0, result["present"], np.nan)
-        self._figures.add(time, signals, result)
+        if not self.moved:
+            self._fitted.signals.add(signals)
+        self._figures.add(time, signals, result, brief=self.moved)
 
     def _remarks(self, drive: Drive) -> tuple[Fact, ...]:
         seen = self._fitted.motor_ratio

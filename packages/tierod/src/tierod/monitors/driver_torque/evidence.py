@@ -67,57 +67,73 @@ class Drive(NamedTuple):
     doubts: tuple[str, ...] = ()  # a sentence for signals whose sign may be wrong
 
 
-class DriveFigures:
-    """Accumulated statistics over the pieces of a recording."""
+class SignalsOverDrive:
+    """Statistics of the signals alone, which are those of every vehicle within the spread of its parameters."""
 
-    def __init__(self, vehicle: Vehicle, rate: float, nis: bool) -> None:
-        ratio, stiffness = vehicle["motor_ratio"], vehicle["torsion_bar_stiffness"]
-        self._rate, self._stretches, self._end = rate, Spans(most=MOST_STRETCHES), 0.0
-        self._geometry, self._below = GeometryOverDrive(rate), BelowBarOverDrive(ratio, rate)
-        self._contradiction = ContradictionOverDrive(ratio, stiffness, rate)
-        # A bench has no assist: its motor may pull against the hands throughout, so work shows no wrong sign.
-        self._work = None if usual_tuning(vehicle).offset is None else WorkOverDrive(ratio, rate)
-        self._consistency = ConsistencyAccumulator() if nis else None
-        self.seen = self.ready = self.compared = 0
-        self.hand = self.variance = self.error = self.peak = self.peak_deviation = 0.0
-        self.states = dict.fromkeys((OFF, UNCERTAIN, ON), 0)
-        self.spans = {name: [math.inf, -math.inf] for name in ("driver_torque", "steering_wheel_angle")}
-        self.inertia_error = self.torque_offset = 0.0
-        self.judged, self.turned, self.motor = 0, dict.fromkeys(SIGNED, 0), "motor_target_torque"
-        self.powered = False
+    def __init__(self, rate: float) -> None:
+        self.geometry, self.below, self.work = GeometryOverDrive(rate), BelowBarOverDrive(rate), WorkOverDrive(rate)
+        self.contradiction = ContradictionOverDrive(rate)
+        self._ends = {name: [math.inf, -math.inf] for name in ("driver_torque", "steering_wheel_angle")}
+        self.motor, self.powered = "motor_target_torque", False
 
-    def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        hand, deviation = result["statement.magnitude"], result["statement.deviation"]
-        ready = (result["statement.status"] == code_of(Status.ESTIMATED)) & np.isfinite(hand)
+    def add(self, signals: Mapping[str, np.ndarray]) -> None:
         bar = signals["steering_wheel_angle"], signals["motor_angle_mechanical"], signals["driver_torque"]
-        self._stretches.add(time, result["hands"] == OFF)
-        self._end = float(time[-1]) + 1.0 / self._rate
-        self._geometry.add(*bar)
-        self._contradiction.add(*bar)
+        self.geometry.add(*bar)
+        self.contradiction.add(*bar)
         given, wanted = signals["motor_torque"], signals["motor_target_torque"]
         motor = np.where(np.isfinite(given), given, wanted)
-        self._below.add(motor, *bar[1:])
-        if self._work is not None:
-            self._work.add(bar[0], bar[2], motor)
+        self.below.add(motor, *bar[1:])
+        self.work.add(bar[0], bar[2], motor)
+        for name, (low, high) in self._ends.items():
+            values = signals[name]
+            self._ends[name] = [
+                np.fmin(low, np.nanmin(values, initial=low)),
+                np.fmax(high, np.nanmax(values, initial=high)),
+            ]
+        if np.isfinite(given).any():
+            self.motor = "motor_torque"
+        self.powered |= bool(np.isfinite(signals[self.motor]).any())
+
+    @property
+    def spans(self) -> tuple[float, ...]:
+        """Ranges of the bar's torque [N*m] and of the wheel's angle [rad]."""
+        return tuple(max(high - low, 0.0) for low, high in self._ends.values())
+
+
+class DriveFigures:
+    """Accumulated statistics of the estimate over the pieces of a recording, beside those of its signals."""
+
+    def __init__(self, vehicle: Vehicle, rate: float, nis: bool, signals: SignalsOverDrive) -> None:
+        self._vehicle, self._signals = vehicle, signals
+        self._rate, self._stretches, self._end = rate, Spans(most=MOST_STRETCHES), 0.0
+        # A bench has no assist: its motor may pull against the hands throughout, so work shows no wrong sign.
+        self._work = None if usual_tuning(vehicle).offset is None else signals.work
+        self._consistency = ConsistencyAccumulator() if nis else None
+        self.ready = self.compared = 0
+        self.hand = self.variance = self.error = self.peak = self.peak_deviation = 0.0
+        self.states = dict.fromkeys((OFF, UNCERTAIN, ON), 0)
+        self.inertia_error = self.torque_offset = 0.0
+        self.judged, self.turned = 0, dict.fromkeys(SIGNED, 0)
+
+    def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result, brief: bool = False) -> None:
+        """Add the next piece; a brief one without what only a report shows."""
+        hand, deviation = result["statement.magnitude"], result["statement.deviation"]
+        ready = (result["statement.status"] == code_of(Status.ESTIMATED)) & np.isfinite(hand)
         if self._consistency is not None:
             self._consistency.add(result["nis"][ready], result["present"][ready])
-        self.seen += len(ready)
         self.ready += int(ready.sum())
         self.hand += float(np.sum(hand[ready] ** 2))
         self.variance += float(np.sum(deviation[ready] ** 2))
-        for state in self.states:
-            self.states[state] += int(np.count_nonzero(ready & (result["hands"] == state)))
-        for name, span in self.spans.items():
-            span[:] = (
-                np.fmin(span[0], np.nanmin(signals[name], initial=math.inf)),
-                np.fmax(span[1], np.nanmax(signals[name], initial=-math.inf)),
-            )
-        if np.isfinite(signals["motor_torque"]).any():
-            self.motor = "motor_torque"
-        self.powered |= bool(np.isfinite(signals[self.motor]).any())
         self.judged += int(np.count_nonzero(result["turned.torque_judged"]))
         for name in self.turned:
             self.turned[name] += int(np.count_nonzero(result[f"turned.{name}"]))
+        self.inertia_error, self.torque_offset = float(result["inertia_error"][-1]), float(result["torque_offset"][-1])
+        if brief:
+            return
+        self._stretches.add(time, result["hands"] == OFF)
+        self._end = float(time[-1]) + 1.0 / self._rate
+        for state in self.states:
+            self.states[state] += int(np.count_nonzero(ready & (result["hands"] == state)))
         error = (hand - signals[TRUTH])[ready & np.isfinite(signals[TRUTH])]
         self.error += float(error @ error)
         self.compared += len(error)
@@ -127,7 +143,6 @@ class DriveFigures:
             at = int(np.argmax(surely))
             if not self.peak or surely[at] > abs(self.peak) - SURELY * self.peak_deviation:
                 self.peak, self.peak_deviation = float(hand[at]), float(deviation[at])
-        self.inertia_error, self.torque_offset = float(result["inertia_error"][-1]), float(result["torque_offset"][-1])
 
     def consistency(self) -> Consistency | None:
         """Consistency of the observer; None where it has no NIS."""
@@ -136,7 +151,8 @@ class DriveFigures:
     def drive(self) -> Drive:
         """The results so far."""
         count, rate, consistency = max(self.ready, 1), self._rate, self.consistency()
-        torque, angle = (max(span[1] - span[0], 0.0) for span in self.spans.values())
+        signals, ratio = self._signals, self._vehicle["motor_ratio"]
+        torque, angle = signals.spans
         return Drive(
             ready=self.ready / rate,
             off=self.states[OFF] / rate,
@@ -153,17 +169,18 @@ class DriveFigures:
             sample_time=1.0 / rate,
             inertia_error=self.inertia_error,
             torque_offset=self.torque_offset,
-            geometry=self._geometry.found(),
-            motor_inertia=self._below.inertia(),
+            geometry=signals.geometry.found(),
+            motor_inertia=signals.below.inertia(ratio),
             turned=self._turned(),
             stretches=tuple(each._replace(end=min(each.end, self._end)) for each in self._stretches.found()),
-            contradiction=self._contradiction.found(),
-            motor=self.motor if self.powered else "",
-            doubts=self._work.doubts() if self._work is not None and not self.powered else (),
+            contradiction=signals.contradiction.found(ratio, self._vehicle["torsion_bar_stiffness"]),
+            motor=signals.motor if signals.powered else "",
+            doubts=self._work.doubts() if self._work is not None and not signals.powered else (),
         )
 
     def _turned(self) -> tuple[str, ...]:
         turned = {name: float(seen > MOSTLY * self.judged) for name, seen in self.turned.items()}
         verdict = SignVerdict(**turned, angles_judged=1.0, torque_judged=1.0, motor_judged=1.0)
-        by_work = self._work.wrong_signs(self.motor) if self._work is not None else ()
-        return wrong_signs(verdict, self.motor) or by_work
+        motor = self._signals.motor
+        by_work = self._work.wrong_signs(motor, self._vehicle["motor_ratio"]) if self._work is not None else ()
+        return wrong_signs(verdict, motor) or by_work
