@@ -10,6 +10,7 @@ from tierod.io.proposal.units import candidates
 from tierod.io.proposal.words import counts_turns, meant_by
 from tierod.io.readers import load_channel_map, read
 from tierod.io.readers.source import Column
+from tierod.io.signs import sign_warnings
 from tierod.vehicles import load
 
 STEP, LENGTH, TRACK, WHEELBASE, RATIO = 0.02, 120.0, 1.55, 2.6, 1 / 16.0
@@ -327,3 +328,54 @@ def test_a_column_that_stands_loses_against_one_that_moves_and_a_demand_is_named
         "vehicle_speed": "v",
     }
     assert "\"LatAccDes\"  holds 'des': a demand" in text_of(proposal)
+
+
+def test_a_sign_bit_belongs_to_its_magnitude(tmp_path):
+    time, signals = truth()
+    angle, yaw = np.degrees(signals["steering_wheel_angle"]), np.degrees(signals["yaw_rate"])
+    columns = {
+        "Zeit": time,
+        "LK_Lenkradwinkel [deg]": np.abs(angle),
+        "LK_VZ_Lenkradwinkel": angle < 0.0,
+        "LK_QBit_Lenkradwinkel": np.zeros(len(time)),
+        "FD_Gierrate [deg/s]": np.abs(yaw),
+        "FD_VZ_Gierrate": yaw < 0.0,
+        "FD_Querbeschleunigung [m/s2]": signals["lateral_acceleration"],
+        "FD_v_Signal [km/h]": 3.6 * signals["vehicle_speed"],
+    }
+    path = tmp_path / "bus.csv"
+    np.savetxt(path, np.column_stack(list(columns.values())), "%.6f", ",", header=",".join(columns), comments="")
+    proposal = propose(path)
+    bits = {entry.signal: entry.sign_from for entry in proposal.entries if entry.sign_from}
+    assert bits == {"steering_wheel_angle": "LK_VZ_Lenkradwinkel", "yaw_rate": "FD_VZ_Gierrate"}
+    (tmp_path / "map.toml").write_text(text_of(proposal))
+    found = read(path, channel_map=tmp_path / "map.toml")
+    assert found["steering_wheel_angle"].values == pytest.approx(signals["steering_wheel_angle"], abs=1e-4)
+    assert found["yaw_rate"].values == pytest.approx(signals["yaw_rate"], abs=1e-4)
+    assert not any("sign" in each for each in sign_warnings(found))
+    titles = {"lateral_acceleration": "FD_Querbeschleunigung [m/s2]", "yaw_rate": "FD_Gierrate [deg/s]"}
+    plain = "".join(f'[signals.{signal}]\nsource = "{title}"\n' for signal, title in titles.items())
+    (tmp_path / "plain.toml").write_text(plain)
+    (warning,) = sign_warnings(
+        read(path, channel_map=tmp_path / "plain.toml", names=["yaw_rate", "lateral_acceleration"])
+    )
+    assert warning.startswith("yaw_rate is never negative though lateral_acceleration goes to both sides")
+    (tmp_path / "plain.toml").write_text(plain + 'sign_from = "FD_VZ_Gierate"\n')
+    with pytest.raises(
+        InputError, match="'FD_VZ_Gierate' for yaw_rate, which is not a column of the file: did you mean"
+    ):
+        read(path, channel_map=tmp_path / "plain.toml", names=["yaw_rate"])
+
+
+def test_a_car_that_stands_does_not_turn(tmp_path):
+    """An offset of -0.8 deg/s, as rad/s, would turn the standing car, and turns the sign of slow motion."""
+    time = np.arange(0.0, 35.0, 0.02)
+    speed = np.interp(time, [0, 11, 13, 15, 17.5, 24, 26.5, 29.5], [0, 0, 2.4, 2.5, 0, 0, -1.9, 0])
+    yaw = speed * np.tan(np.radians(8.8) / 15) / 2.7
+    columns = {"time [s]": time, "YAW_RATE": np.degrees(yaw) - 0.8}
+    for name, side in (("fl", -1), ("fr", 1), ("rl", -1), ("rr", 1)):
+        columns[f"wheel_speed_{name} [km/h]"] = np.abs(speed + side * 0.78 * yaw) * 3.6
+    path = tmp_path / "yard.csv"
+    np.savetxt(path, np.column_stack(list(columns.values())), "%.6f", ",", header=",".join(columns), comments="")
+    entry = next(each for each in propose(path).entries if each.signal == "yaw_rate")
+    assert (entry.unit.unit.name, entry.sign.sign) == ("deg/s", 1)

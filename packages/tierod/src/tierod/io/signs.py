@@ -12,7 +12,7 @@ import numpy as np
 from tierod.core.recording import Recording
 from tierod.io.quality import impossible
 from tierod.methods.detectors.reversing import MIRRORED, TURN_FORWARD, ReversingLimits, reversing_of_any_car
-from tierod.methods.relations import RELATIONS, STRONG, odd_ones_out, related
+from tierod.methods.relations import RELATIONS, STRONG, compared, odd_ones_out, related
 from tierod.methods.running import Moments
 
 COMPARED = 3600.0  # length from the beginning that is compared [s]: a sign does not change, memory must stay bounded
@@ -27,6 +27,8 @@ SIGNALS = sorted({name for keys in GROUPS.values() for key in keys for name in R
 WHEELS = ("wheel_speed_rear_left", "wheel_speed_rear_right")
 NAMES = ("vehicle_speed", "yaw_rate", "lateral_acceleration")
 KMH = 3.6
+TURNS = ("steering_wheel_angle", "yaw_rate", "lateral_acceleration")  # signals that a turn to the right makes negative
+BOTH_SIDES = 0.1  # share of a drive to either side from which a signal goes to both [-]
 
 
 def _columns(
@@ -60,6 +62,8 @@ def sign_warnings(recording: Recording) -> tuple[str, ...]:
     if not (columns["vehicle_speed"] < 0.0).any():
         columns["yaw_rate"] = np.where(reverses, np.nan, columns["yaw_rate"])
     columns = {name: _smooth(column, RATE) for name, column in columns.items()}
+    if magnitudes := _magnitudes(columns):
+        return magnitudes
     if backwards := _backwards(columns["vehicle_speed"]):
         return (backwards,)
     moving = {**columns, **_in_motion(columns["vehicle_speed"], columns["yaw_rate"])}
@@ -67,6 +71,22 @@ def sign_warnings(recording: Recording) -> tuple[str, ...]:
     if reversing.mirrored and not found[0]:
         found[0] = f"{MIRRORED}; {TURN_FORWARD}"
     return tuple(filter(None, found))
+
+
+def _magnitudes(columns: Mapping[str, np.ndarray]) -> tuple[str, ...]:
+    """A sentence on each signal of the turn that is never negative where another goes to both sides as it grows."""
+    turns = {name: columns[name] for name in TURNS if np.isfinite(columns[name]).any()}
+    sides = {name: float(np.nanmean(values < -0.1 * np.nanstd(values))) for name, values in turns.items()}
+    both = [name for name in turns if BOTH_SIDES < sides[name] < 1.0 - BOTH_SIDES]
+    found = []
+    for name, values in turns.items():
+        alike = (compared(values, np.abs(turns[other]), SECONDS * RATE) for other in both)
+        if not sides[name] and any(each is not None and each.correlation() > STRONG for each in alike):
+            found.append(
+                f"{name} is never negative though {' and '.join(both)} {'goes' if len(both) == 1 else 'go'} to both "
+                'sides: the column is a magnitude; name the column of its sign in the channel map: sign_from = "COLUMN"'
+            )
+    return tuple(found)
 
 
 def _backwards(speed: np.ndarray) -> str:

@@ -121,6 +121,9 @@ def _wires(message: Message, columns: Mapping[str, Column], channel_map: Channel
             if canonical in columns:
                 wires[item.name] = Wire(columns[canonical].name, _of_canonical(columns[canonical], name, unit, entry))
                 break
+        for canonical, entry in (channel_map.entries if channel_map else {}).items():
+            if entry.sign_from in (name, item.name) and canonical in columns:
+                wires[item.name] = Wire(columns[canonical].name, lambda values: (values < 0.0).astype(float))
     return wires
 
 
@@ -139,6 +142,8 @@ def _of_canonical(column: Column, name: str, unit: str, entry: Entry) -> Convers
     canonical = column.title or column.name
     back = _conversion(column, _unit_of(column), name, entry.unit or unit or SIGNALS[canonical].unit)
     gain, offset = entry.sign * entry.factor, entry.offset
+    if entry.sign_from:
+        return lambda values: np.abs((back(values) - offset) / gain)
     return lambda values: (back(values) - offset) / gain
 
 

@@ -13,6 +13,7 @@ from tierod.methods.detectors.reversing import reversing_of_any_signs
 from tierod.methods.relations import RELATIONS, STRONG, compared, related
 
 RATE, SMOOTHING, LONGEST = 20.0, 20, 3600.0  # rate [Hz], samples of the moving average, length that is compared [s]
+STANDING = 0.1  # speed of all wheels below which a car stands [m/s]
 SECONDS = 5.0  # shortest driving time that two signals must have in common [s]
 
 # Relations that decide units; of the fourth and fifth only the first one that is observable, since they are alike.
@@ -42,10 +43,17 @@ class Motion:
 
     @classmethod
     def forward(cls, raw: Recording, factors: Mapping[str, float]) -> Motion:
-        """The same in SI units, without the samples at which the car reverses, which mirrors turns."""
+        """The same in SI units, without the samples at which the car reverses, which mirrors turns.
+
+        The yaw rate is that above its reading while the car stands.
+        """
         aligned = _aligned(raw)
         columns = {name: factors.get(name, 1.0) * column for name, column in aligned.columns.items()}
         reverses = reversing_of_any_signs(aligned.time, columns, RATE)
+        speeds = [np.abs(each) for name, each in columns.items() if name == "vehicle_speed" or "wheel_speed" in name]
+        rests = np.all([each < STANDING for each in speeds], axis=0) if speeds else np.zeros(len(reverses), dtype=bool)
+        if "yaw_rate" in columns and np.count_nonzero(rests) > SECONDS * RATE:
+            columns["yaw_rate"] = columns["yaw_rate"] - np.nanmedian(columns["yaw_rate"][rests])
         return cls._smoothed({name: np.where(reverses, np.nan, column) for name, column in columns.items()})
 
     @classmethod

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -19,13 +19,14 @@ from tierod.core.units import Scale, split_suffix
 from tierod.io.proposal.motion import LONGEST, Motion
 from tierod.io.proposal.signs import Sign, chosen_signs
 from tierod.io.proposal.units import Chosen, Unit, candidates, chosen_units
-from tierod.io.proposal.words import Meant, counts_turns, demand_of, meant_by, state_of
+from tierod.io.proposal.words import Meant, counts_turns, demand_of, meant_by, sign_of, state_of
 from tierod.io.readers.channel_map import Entry
 from tierod.io.readers.mapping import Pick, Plan
 from tierod.io.readers.opening import Paths, open_source
-from tierod.io.readers.reading import SHARE_READ, Reading
+from tierod.io.readers.reading import SHARE_READ, Reading, with_sign
 from tierod.io.readers.source import Column
 
+AT_FLIP = 0.2  # Largest share of the usual magnitude at which its sign changes [-]: it passes through zero there
 SLICE = 600.0  # Length of a recording that is read at once [s]
 
 
@@ -38,6 +39,7 @@ class Proposed:
     sign: Sign  # sign with its reason
     factor: float = 1.0  # factor of the entry beside the unit; 1 where the unit suffices
     others: tuple[str, ...] = ()  # other columns that could be the signal
+    sign_from: str = ""  # column of the sign, where that of the signal is a magnitude
 
     @property
     def doubtful(self) -> bool:
@@ -77,22 +79,57 @@ def propose(path: str | Path, dbc: Paths = None, progress: Callable[[float], Non
             f"{path}: no column has a name that is known (it holds {has}); write the map by hand: [signals.NAME] with "
             'source = "COLUMN" for each; docs/reference/signals.md lists the names'
         )
-    picks = tuple(Pick(name, (name,), "", Entry((name,)), Scale(1.0)) for name in meant)
+    bits = [column.name for column in columns if any(sign_of(_title(column), name) for name in map(_title, columns))]
+    picks = tuple(Pick(name, (name,), "", Entry((name,)), Scale(1.0)) for name in (*meant, *bits))
     loaded = _loaded(Reading(path, source, kind, Plan(picks)), progress)
     best, others = _one_each(columns, meant, loaded)
-    raw = Recording({s: replace(loaded[c.name], name=s) for s, c in best.items() if c.name in loaded})
+    sign_bits = {s: _sign_bit(c, [loaded[bit] for bit in bits if bit in loaded], loaded) for s, c in best.items()}
+    raw = Recording(
+        {
+            s: replace(with_sign(loaded[c.name], bit) if (bit := sign_bits[s]) else loaded[c.name], name=s)
+            for s, c in best.items()
+            if c.name in loaded
+        }
+    )
     motion = Motion.of(raw)
     possible = {name: _candidates(name, column, raw) for name, column in best.items()}
     units = chosen_units(motion, possible)
     signs = chosen_signs(Motion.forward(raw, {name: unit.unit.factor for name, unit in units.items()}))
     radii = _radii(motion, units)
     entries = tuple(
-        _entry(name, column, meant[column.name], units[name], signs.get(name, Sign(1)), radii, others[name])
+        replace(
+            _entry(name, column, meant[column.name], units[name], signs.get(name, Sign(1)), radii, others[name]),
+            sign_from=bit.name if (bit := sign_bits[name]) else "",
+        )
         for name, column in best.items()
     )
     taken = {column.name for column in best.values()} | set(itertools.chain(*others.values()))
+    taken |= {bit.name for bit in sign_bits.values() if bit}
     unmatched = tuple(column for column in columns if column.name not in taken)
     return Proposal(Path(path), entries, unmatched, source.texts)
+
+
+def _title(column: Column) -> str:
+    return column.title or column.name
+
+
+def _sign_bit(column: Column, bits: Sequence[Channel], loaded: Recording) -> Channel | None:
+    """The bit that holds the sign of a column without negative values: of its message, of most words in common.
+
+    It is none where it changes while the column is far from zero.
+    """
+    values = loaded[column.name].values if column.name in loaded else np.empty(0)
+    usual = float(np.nanquantile(values, 0.95)) if np.isfinite(values).any() else 0.0
+    if usual <= 0.0 or np.nanmin(values) < 0.0:
+        return None
+    message = column.name.rpartition(".")[0]
+    near = [bit for bit in bits if bit.name.rpartition(".")[0] == message and sign_of(bit.name, column.name)]
+    if not near:
+        return None
+    bit = max(near, key=lambda each: sign_of(each.name, column.name))
+    signed = with_sign(loaded[column.name], bit).values
+    flips = np.flatnonzero(np.sign(signed[1:]) * np.sign(signed[:-1]) < 0.0)
+    return bit if not len(flips) or float(np.median(np.abs(signed[flips]))) < AT_FLIP * usual else None
 
 
 def _one_each(
@@ -240,6 +277,8 @@ def _table(entry: Proposed) -> str:
     lines.append(f"unit = {quoted(entry.unit.unit.name)}  # {entry.unit.reason}")
     if entry.factor != 1.0:
         lines.append(f"factor = {entry.factor:.5g}  # m/s of one unit of the column")
+    if entry.sign_from:
+        lines.append(f"sign_from = {quoted(entry.sign_from)}  # the column is a magnitude; this bit is its sign")
     if entry.sign.sign < 0 or entry.sign.reason:
         lines.append(f"sign = {entry.sign.sign}  # {entry.sign.reason}; positive: {signal.positive or '-'}")
     return "\n".join(lines)

@@ -99,6 +99,9 @@ MOST = 25.0
 # Cost of a unit per place in the list of candidates [-], so that the usual unit is chosen where nothing decides
 WORSE = 0.3
 
+TIGHTEST = 4.0  # Radius of the tightest turn of a car, at its rear axle [m]
+OFFSET = 0.1  # Reading of a yaw rate sensor that an offset explains [rad/s]
+
 # Signals that are related to the speed, directly or through another signal
 TIED = (
     "yaw_rate", "lateral_acceleration", "steering_wheel_angle", "steering_wheel_rate", "longitudinal_acceleration",
@@ -115,6 +118,7 @@ class Chosen(NamedTuple):
 
 def chosen_units(motion: Motion, possible: Mapping[str, tuple[Unit, ...]]) -> dict[str, Chosen]:
     basis = motion.basis
+    possible = {**possible, **_turning(motion, possible)}
     names = [name for name in (basis, *TIED) if name is not None and name in possible]
     # All combinations are compared: every relation depends on the units of several signals.
     ranked = sorted(
@@ -131,6 +135,17 @@ def chosen_units(motion: Motion, possible: Mapping[str, tuple[Unit, ...]]) -> di
         if name not in found:
             found[name] = _beside(motion, name, units, found.get(basis) if basis else None)
     return found
+
+
+def _turning(motion: Motion, possible: Mapping[str, tuple[Unit, ...]]) -> dict[str, tuple[Unit, ...]]:
+    """The units in which a car could turn as its yaw rate says, at its speed: one that stands does not."""
+    units, speed = possible.get("yaw_rate", ()), motion.speed()
+    if len(units) < 2 or speed is None or motion.basis is None or len(possible[motion.basis]) > 1:
+        return {}
+    fastest = np.abs(speed) * possible[motion.basis][0].factor / TIGHTEST + OFFSET
+    excess = [float(np.nanmedian(np.abs(motion.columns["yaw_rate"]) * each.factor - fastest)) for each in units]
+    fitting = tuple(each for each, beyond in zip(units, excess, strict=True) if beyond < 0.0)
+    return {"yaw_rate": fitting} if fitting else {}
 
 
 def _cost(

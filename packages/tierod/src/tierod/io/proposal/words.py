@@ -37,6 +37,7 @@ _STATE = (
     r"_sta(t|te|tus)?_|_sts_|_qual|valid|_flag|_bit_|_vz_|_sign_|vorzeichen|_crc_|_counter_|_cnt_|toggle|_err(or)?_|"
     r"fehler"
 )
+_SIGN = r"_vz_|_sign_|vorzeichen|_dir(ection)?_|richtung"
 _SPEED = r"speed|geschw|velocity|_vel_|_spd_|vitesse|velocita|velocidad|drehzahl|_v_|_n_|_rpm_|omega|revs"
 _WHEEL = r"wheel|(?<!len[k_])rad(?!ar|ius|_s_|_per)|_whl_|_wss_|_ws_|roue|ruota|rueda"
 _ACCELERATION = r"accel|beschl|_acc_|_a_|accelerazione|aceleracion"
@@ -90,7 +91,7 @@ _RULES: tuple[_Rule, ...] = (
     _Rule("ambient_temperature", (r"aussen|ambient|outside|umgebung", r"temp")),
     _Rule("supply_voltage", (r"bordnetz|batt|supply|_kl_?30_|_ubat_", r"volt|spannung|_u_|_ubat_")),
     _Rule("vehicle_speed", (_CAR, _SPEED), f"{_WHEEL}|lateral|quer|_wind|engine|motor"),
-    _Rule("vehicle_speed", (r"^_(geschwindigkeit|speed|velocity|vitesse|velocita|velocidad|v)_$",)),
+    _Rule("vehicle_speed", (r"^_(geschwindigkeit|speed|velocity|vitesse|velocita|velocidad|v)_$|_v_sig(nal)?_$",)),
 )
 
 _UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue"})
@@ -134,6 +135,14 @@ def state_of(title: str) -> str:
 
 
 _TURNS = re.compile(r"drehzahl|_n_|_rpm_|omega|revs|u_min")
+
+
+def sign_of(bit: str, title: str) -> int:
+    """Number of words that the title of a sign bit shares with the title of a magnitude; 0 where it is no sign bit."""
+    text = words_of(bit)
+    if not re.search(_SIGN, text):
+        return 0
+    return len(set(re.sub(_SIGN, "_", text).split("_")) & set(words_of(title).split("_")) - {""})
 
 
 def counts_turns(title: str) -> bool:

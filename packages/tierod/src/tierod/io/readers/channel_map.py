@@ -3,6 +3,7 @@
 [signals.driver_torque]
 source = "EPS.DriverTorque"   # or a list, whose sum is taken
 sign = -1                     # 1 where not given
+sign_from = "EPS.Direction"   # column, often a bit: where it is not 0, the source is a magnitude of a negative value
 factor = 1.0
 offset = 0.0
 unit = "deg"                  # of sign * factor * source + offset; where not given, that of the file; "count" stays raw
@@ -40,6 +41,11 @@ class Entry:
     offset: float = 0.0  # offset that is added after sign and factor, in `unit`
     optional: bool = False  # whether the file may lack the source
     note: str = ""  # reason for the entry
+    sign_from: str = ""  # column that is not 0 where the source, a magnitude, stands for a negative value
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        return (*self.source, self.sign_from) if self.sign_from else self.source
 
 
 @dataclass(frozen=True)
@@ -66,6 +72,7 @@ _KEYS: dict[str, tuple[type, ...]] = {
     "source": (str, list),
     "unit": (str,),
     "sign": (int, float),
+    "sign_from": (str,),
     "factor": (int, float),
     "offset": (int, float),
     "optional": (bool,),
@@ -153,10 +160,10 @@ def _entry(table: dict[str, Any], where: str) -> Entry:
         float(table.get("offset", 0.0)),
         table.get("optional", False),
         table.get("note", ""),
+        table.get("sign_from", ""),
     )
 
 
 def _kind(key: str) -> str:
-    return {"source": "a name or a list of names", "unit": "a text", "note": "a text", "optional": "true or false"}.get(
-        key, "a number"
-    )
+    texts = dict.fromkeys(("unit", "note", "sign_from"), "a text")
+    return {"source": "a name or a list of names", "optional": "true or false", **texts}.get(key, "a number")

@@ -24,6 +24,7 @@ class Pick:
     scale: Scale  # conversion from the unit of the columns
     notes: tuple[str, ...] = ()  # notes on guesses and changes
     assumed: bool = False  # whether the file has no unit, so that the canonical one was assumed
+    sign_from: str = ""  # column that is not 0 where the sum is that of a negative value
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,8 @@ class Plan:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        return tuple(dict.fromkeys(column for pick in self.picks for column in pick.columns))
+        needed = (name for pick in self.picks for name in (*pick.columns, pick.sign_from))
+        return tuple(dict.fromkeys(filter(None, needed)))
 
 
 def plan(
@@ -62,7 +64,7 @@ def plan(
             if wanted is None or name in wanted:
                 warnings.append(_left_out(name, lacking[name]))
             continue
-        unheard = [source for source in entry.source if source in silent and _find(source, by_name) is None]
+        unheard = [source for source in entry.columns if source in silent and _find(source, by_name) is None]
         if unheard:
             if not entry.optional and (wanted is None or name in wanted):
                 warnings.append(f"{name} is not in the recording: {', '.join(unheard)} was never received on the bus")
@@ -91,13 +93,13 @@ def _lacking(
     channel_map: ChannelMap, columns: dict[str, Column], silent: Sequence[str], wanted: set[str] | None
 ) -> dict[str, str]:
     """By signal, a sentence on the column that a map requires for it and the file lacks."""
-    there = {source: _find(source, columns) for entry in channel_map.entries.values() for source in entry.source}
+    there = {source: _find(source, columns) for entry in channel_map.entries.values() for source in entry.columns}
     found = {column.name for column in there.values() if column is not None}
     fits = bool(found) or any(source in silent for source in there)
     free = [name for name in columns if name not in found]
     lacking = {}
     for name, entry in channel_map.entries.items():
-        absent = [source for source in entry.source if there[source] is None and source not in silent]
+        absent = [source for source in entry.columns if there[source] is None and source not in silent]
         if not absent or entry.optional:
             continue
         near = nearest(absent[0], free) if free else "."
@@ -140,6 +142,9 @@ def _mapped(name: str, entry: Entry, columns: dict[str, Column], origin: Channel
         if found is None:
             return None
         sources.append(found)
+    bit = _find(entry.sign_from, columns) if entry.sign_from else None
+    if entry.sign_from and bit is None:
+        return None
     units = dict.fromkeys(source.unit or split_suffix(source.name)[1] for source in sources)
     if entry.unit is None and len(units) > 1:
         raise InputError(f"{where} the units of the sources differ ({', '.join(units)}) and cannot be summed")
@@ -148,11 +153,12 @@ def _mapped(name: str, entry: Entry, columns: dict[str, Column], origin: Channel
         unit, conversion = _conversion(written, SIGNALS[name])
     except InputError as error:
         raise InputError(f"{where} {error}{_after_factor(entry, name)}") from None
-    notes = [entry.note, _turned(entry), _raw(unit)]
+    notes = [entry.note, _turned(entry), _raw(unit), f"negative where {bit.name} is not 0" if bit else ""]
     assumed = not written and bool(SIGNALS[name].unit)
     if assumed:
         notes.append(f"unit not given, taken as {unit}")
-    return Pick(name, tuple(column.name for column in sources), unit, entry, conversion, tuple(notes), assumed)
+    read = tuple(column.name for column in sources)
+    return Pick(name, read, unit, entry, conversion, tuple(notes), assumed, bit.name if bit else "")
 
 
 def _after_factor(entry: Entry, name: str) -> str:

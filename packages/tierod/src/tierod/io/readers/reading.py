@@ -32,8 +32,10 @@ def made_from(plan: Plan, loaded: Sequence[Channel], doubts: Doubts) -> list[Cha
     channels = []
     for pick in plan.picks:
         parts = [by_name[column] for column in pick.columns if column in by_name]
-        if len(parts) < len(pick.columns):
+        if len(parts) < len(pick.columns) or (pick.sign_from and pick.sign_from not in by_name):
             continue
+        if pick.sign_from:
+            parts = [with_sign(part, by_name[pick.sign_from]) for part in parts]
         channel = doubts.measured(_made(pick, parts))
         channels.append(channel)
         if pick.assumed:
@@ -94,6 +96,14 @@ def _made(pick: Pick, parts: list[Channel]) -> Channel:
     source = " + ".join(part.source or part.name for part in parts)
     channel = Channel(pick.name, parts[0].time, values, pick.unit, source, parts[0].note)
     return channel.noted(*pick.notes, "values that are too large taken as missing" if infinite else "")
+
+
+def with_sign(magnitude: Channel, bit: Channel) -> Channel:
+    """The channel with minus where the latest sample of a bit is not 0; missing before its first."""
+    at = np.searchsorted(bit.time, magnitude.time, side="right") - 1
+    held = np.where(at >= 0, bit.values[np.maximum(at, 0)], np.nan) if len(bit.time) else np.full(len(at), np.nan)
+    values = np.where(np.isfinite(held), np.where(held != 0.0, -magnitude.values, magnitude.values), np.nan)
+    return replace(magnitude, values=values)
 
 
 def _doubt(pick: Pick, most: float) -> str:
