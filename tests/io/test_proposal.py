@@ -362,7 +362,7 @@ def test_a_sign_bit_belongs_to_its_magnitude(tmp_path):
     assert warning.startswith("yaw_rate is never negative though lateral_acceleration goes to both sides")
     (tmp_path / "plain.toml").write_text(plain + 'sign_from = "FD_VZ_Gierate"\n')
     with pytest.raises(
-        InputError, match="'FD_VZ_Gierate' for yaw_rate, which is not a column of the file: did you mean"
+        InputError, match="'FD_VZ_Gierate' for yaw_rate, which is not a column of the file; did you mean"
     ):
         read(path, channel_map=tmp_path / "plain.toml", names=["yaw_rate"])
 
