@@ -66,8 +66,8 @@ def identify(
         )  # fmt: skip
     if report is not None:
         found.write_html(report, origin())
-    if target is not None and found.doubt:
-        print_remark(f"{target} is not written: {found.doubt}")
+    if found.doubt:
+        print_remark(f"{target} is not written: {found.doubt}" if target else found.doubt)
         target = None
     if target is not None:
         found.write_vehicle(target, origin())
