@@ -19,10 +19,6 @@ def native_file(path: Path, mode: Literal["rb", "wb"] = "rb") -> Any:
 
     Args:
         path: path of the file; Arrow refuses names that are not UTF-8 as text, but not as bytes
-        mode: "rb" or "wb"
-
-    Raises:
-        OSError: the file cannot be opened
     """
     import pyarrow as pa
 
@@ -91,7 +87,6 @@ def _valid(chunk: pa.Array) -> np.ndarray:
 
 
 def column_of(values: np.ndarray, length: int | None = None) -> pa.Array:
-    """Floats as an Arrow column, padded with nulls up to a length where one is given."""
     import pyarrow as pa
 
     dense = np.ascontiguousarray(values, dtype=np.float64)

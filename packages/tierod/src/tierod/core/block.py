@@ -30,8 +30,8 @@ from typing_extensions import TypeVar  # supports defaults: a bare `Block` is a 
 
 Scalar: TypeAlias = float  # A number inside a block: a float, or a symbol while the block is traced
 
+# A condition: True or 1.0 where it holds, False or 0.0 where not; a comparison of two `Scalar` gives one
 Truth: TypeAlias = bool | float
-"""A condition: True or 1.0 where it holds, False or 0.0 where not; a comparison of two `Scalar` gives one."""
 
 Tree: TypeAlias = Any  # A scalar, or a (named) tuple of trees
 

@@ -19,12 +19,9 @@ _RANGE = re.compile(r"(\S+) to (\S+)")
 
 @dataclass(frozen=True)
 class Goal:
-    """Range in which a measured figure should lie, ends included.
+    """Range in which a measured figure should lie, ends included."""
 
-    Args:
-        low, high: ends, in the unit of the figure; infinite where open
-    """
-
+    # ends, in the unit of the figure; infinite where open
     low: float = -math.inf
     high: float = math.inf
 
@@ -90,31 +87,25 @@ class Outcome(StrEnum):
 
 @dataclass(frozen=True)
 class Claim:
-    """One claim with its measurement; whether it is met is derived from figure and goal and not stored.
+    """One claim with its measurement; whether it is met is derived from figure and goal and not stored."""
 
-    Args:
-        id: name of a group, a point, and words joined by hyphens: "paper.separation"
-        printed: published figure, a number in the unit or words for a range; None where the source gives none
-        measured: own figure in the unit; None where it cannot be measured here, NaN where the measurement failed
-        goal: range of the figure that meets the claim; None for a descriptive figure
-        unit: unit of all figures, in the notation of pint
-        derived: figure that follows from the equations of the source where it prints none, in the unit; None where
-            nothing was derived
-        cause: reason why the figure misses its goal, with the remedy; it is used only where the claim does not hold
-        irreproducible: whether that cause lies in the source: its figure contradicts its own equations, or rests on
-            numbers or data that it does not print; the cause is then the evidence
-    """
-
-    id: str
+    id: str  # name of a group, a point, and words joined by hyphens: "paper.separation"
     claim: str
     source: str
+    # published figure, a number in the unit or words for a range; None where the source gives none
     printed: float | str | None
+    # own figure in the unit; None where it cannot be measured here, NaN where the measurement failed
     measured: float | None
-    goal: Goal | None
-    unit: str = ""
+    goal: Goal | None  # range of the figure that meets the claim; None for a descriptive figure
+    unit: str = ""  # unit of all figures, in the notation of pint
     note: str = ""
+    # figure that follows from the equations of the source where it prints none, in the unit; None where nothing was
+    # derived
     derived: float | None = None
+    # reason why the figure misses its goal, with the remedy; it is used only where the claim does not hold
     cause: str = ""
+    # whether that cause lies in the source: its figure contradicts its own equations, or rests on numbers or data
+    # that it does not print; the cause is then the evidence
     irreproducible: bool = False
 
     def __post_init__(self) -> None:
@@ -188,11 +179,6 @@ def counted(claims: Sequence[Claim]) -> str:
 
 
 def claims_document(claims: Sequence[Claim]) -> str:
-    """The text of claims.json.
-
-    Raises:
-        ParameterError: two claims have the same name
-    """
     names = [claim.id for claim in claims]
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise ParameterError(f"two claims are named '{twice[0]}'; every claim needs a name of its own")

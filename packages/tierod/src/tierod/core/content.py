@@ -20,15 +20,11 @@ Numbers = Sequence[float] | np.ndarray
 
 @dataclass(frozen=True)
 class Heading:
-    """Heading of a section, with its introduction.
-
-    Args:
-        look: CSS class of the section: "pair" for two charts beside each other, "together" on one printed page
-    """
+    """Heading of a section, with its introduction."""
 
     title: str
     text: tuple[str, ...] = ()
-    look: str = ""
+    look: str = ""  # CSS class of the section: "pair" for two charts beside each other, "together" on one printed page
 
 
 class Flag(str):
@@ -64,21 +60,14 @@ class Link(str):
 
 @dataclass(frozen=True)
 class Verdict:
-    """The statement that a page or a part of it begins with.
+    """The statement that a page or a part of it begins with."""
 
-    Args:
-        headline: as assembled; nothing is added to it
-        about: what was judged, shown beside the status
-        text: paragraphs below the headline
-        reasons: titles with sentences: why, what to do, to know
-    """
-
-    headline: str
+    headline: str  # as assembled; nothing is added to it
     status: Status | Flag | None = None
-    about: tuple[tuple[str, str], ...] = ()
-    text: tuple[str, ...] = ()
+    about: tuple[tuple[str, str], ...] = ()  # what was judged, shown beside the status
+    text: tuple[str, ...] = ()  # paragraphs below the headline
     estimate: Estimate | None = None
-    reasons: tuple[tuple[str, str], ...] = ()
+    reasons: tuple[tuple[str, str], ...] = ()  # titles with sentences: why, what to do, to know
     evidence: tuple[tuple[str, str], ...] = ()
 
 
@@ -92,33 +81,20 @@ class Facts:
 
 @dataclass(frozen=True)
 class Fold:
-    """Items under a title that opens them; a terminal leaves them out.
-
-    Args:
-        items: neither headings nor verdicts
-        text: paragraphs before them
-        printed: whether a printed page shows the title and, where it is open, the items
-    """
+    """Items under a title that opens them; a terminal leaves them out."""
 
     title: str
-    items: Sequence[Any]
-    text: tuple[str, ...] = ()
-    printed: bool = True
+    items: Sequence[Any]  # neither headings nor verdicts
+    text: tuple[str, ...] = ()  # paragraphs before them
+    printed: bool = True  # whether a printed page shows the title and, where it is open, the items
     opened: bool = False
 
 
 @dataclass(frozen=True)
 class Table:
-    """Table of figures.
-
-    Args:
-        title: meaning of the figures, a sentence without full stop, with the unit; "" for that of the section
-        rows: cells as text; the first one names the row
-    """
-
-    title: str
+    title: str  # meaning of the figures, a sentence without full stop, with the unit; "" for that of the section
     header: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
+    rows: tuple[tuple[str, ...], ...]  # cells as text; the first one names the row
     note: str = ""
 
     @property
@@ -200,16 +176,12 @@ class Boxes:
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """Table of shares as colours (such as a confusion matrix), alone in its panel.
-
-    Args:
-        shares: 0 to 1, (rows, columns); NaN leaves a cell empty
-    """
+    """Table of shares as colours (such as a confusion matrix), alone in its panel."""
 
     name: str
     down: Sequence[str]
     across: Sequence[str]
-    shares: np.ndarray
+    shares: np.ndarray  # 0 to 1, (rows, columns); NaN leaves a cell empty
 
 
 Mark = Lines | Bars | Points | Band | Boxes | Cells
@@ -217,52 +189,36 @@ Mark = Lines | Bars | Points | Band | Boxes | Cells
 
 @dataclass(frozen=True)
 class Panel:
-    """One panel of a chart with axes of its own.
-
-    Args:
-        marks: the drawn series; a name that two panels share has the same colour in both
-        levels: horizontal dashed lines at named values
-        logarithmic: whether the vertical axis is logarithmic
-        logarithmic_along: whether the horizontal axis is logarithmic
-        sideways: whether the named places of points are listed from top to bottom and their values run to the right,
-            for many places with long names. The titles of the axes and the levels stay with their values
-        rows: labels of values on the vertical axis, in place of numbers
-        to_scale: whether both axes have the same scale, as for positions
-    """
+    """One panel of a chart with axes of its own."""
 
     title: str
     x_title: str
     y_title: str
-    marks: tuple[Mark, ...]
-    levels: tuple[tuple[str, float], ...] = ()
+    marks: tuple[Mark, ...]  # the drawn series; a name that two panels share has the same colour in both
+    levels: tuple[tuple[str, float], ...] = ()  # horizontal dashed lines at named values
     uprights: tuple[tuple[str, float], ...] = ()
-    logarithmic: bool = False
-    logarithmic_along: bool = False
+    logarithmic: bool = False  # whether the vertical axis is logarithmic
+    logarithmic_along: bool = False  # whether the horizontal axis is logarithmic
+    # whether the named places of points are listed from top to bottom and their values run to the right, for many
+    # places with long names. The titles of the axes and the levels stay with their values
     sideways: bool = False
-    rows: tuple[tuple[str, float], ...] = ()
-    to_scale: bool = False
+    rows: tuple[tuple[str, float], ...] = ()  # labels of values on the vertical axis, in place of numbers
+    to_scale: bool = False  # whether both axes have the same scale, as for positions
 
 
 @dataclass(frozen=True)
 class Chart:
-    """One figure of a study, its panels one above the other.
+    """One figure of a study, its panels one above the other."""
 
-    Args:
-        name: identifier in the page: words joined by hyphens
-        alternative: its content as text, for readers who cannot see it
-        columns, summary: table below the chart; where not given, lowest, mean and highest value of every mark
-        shared_axes: whether all panels have the same scales
-    """
-
-    name: str
+    name: str  # identifier in the page: words joined by hyphens
     title: str
     caption: str
-    alternative: str
+    alternative: str  # its content as text, for readers who cannot see it
     panels: tuple[Panel, ...]
+    # table below the chart; where not given, lowest, mean and highest value of every mark
     columns: tuple[str, str, str, str] = ("series", "lowest", "mean", "highest")
     summary: tuple[tuple[str, ...], ...] | None = None
-    shared_axes: bool = False
+    shared_axes: bool = False  # whether all panels have the same scales
 
 
-Item = Verdict | Heading | Table | Chart | Facts | Fold | Claim
-"""One element of a report, which is a sequence of these."""
+Item = Verdict | Heading | Table | Chart | Facts | Fold | Claim  # One element of a report, which is a sequence of these

@@ -35,8 +35,6 @@ def bins_each(traces: int) -> int:
 
 
 class Places(NamedTuple):
-    """Bins of the samples of a chunk."""
-
     # start of the first bin of the trace, and width of the bins [s]
     start: Annotated[float, "s"]
     width: Annotated[float, "s"]

@@ -55,8 +55,6 @@ class OutputError(TierodError):
 
 
 class MissingExtra(TierodError):
-    """An optional library is not installed."""
-
     def __init__(self, library: str, extra: str, purpose: str):
         super().__init__(
             f"{purpose} needs the library '{library}', which is not installed; "

@@ -10,35 +10,24 @@ from typing import NamedTuple
 from tierod.core.findings import Estimate, Finding, Status
 from tierod.core.shown import plus_minus
 
+# Placeholder in a text for the estimate with its standard deviation, which other facts may still widen
 ESTIMATE = "{estimate}"
-"""Placeholder in a text for the estimate with its standard deviation, which other facts may still widen."""
 
 
 @dataclass(frozen=True)
 class Fact:
-    """Something that explains, limits or accompanies the verdict of a monitor.
+    """Something that explains, limits or accompanies the verdict of a monitor."""
 
-    Args:
-        name: kind of the fact in a word or two ("late", "stuck", "obstacle")
-        cause: the fact as a sentence without a full stop; a warning where it limits nothing
-        reason: the same in at most 8 words, for the headline; "" where another one says more
-        action: remedy; "" where there is none
-        rests_on: signals that it is about; it limits only monitors whose verdict rests on one of them
-        allows: best status of a verdict without an alarm that it still allows; None allows any
-        doubts: whether an alarm is suspect at most
-        explains: whether it comes first among the causes where nothing was identifiable
-        withholds: whether it prevents any estimate
-    """
-
-    name: str
-    cause: str
-    reason: str = ""
-    action: str = ""
+    name: str  # kind of the fact in a word or two ("late", "stuck", "obstacle")
+    cause: str  # the fact as a sentence without a full stop; a warning where it limits nothing
+    reason: str = ""  # the same in at most 8 words, for the headline; "" where another one says more
+    action: str = ""  # remedy; "" where there is none
+    # signals that it is about; it limits only monitors whose verdict rests on one of them
     rests_on: tuple[str, ...] = ()
-    allows: Status | None = None
-    doubts: bool = False
-    explains: bool = False
-    withholds: bool = False
+    allows: Status | None = None  # best status of a verdict without an alarm that it still allows; None allows any
+    doubts: bool = False  # whether an alarm is suspect at most
+    explains: bool = False  # whether it comes first among the causes where nothing was identifiable
+    withholds: bool = False  # whether it prevents any estimate
 
     def filled(self, **values: object) -> Fact:
         """The fact of a table of sentences with these values in the braces of its texts."""
@@ -65,31 +54,21 @@ class Fact:
 class Verdict:
     """What a monitor states over a recording, before the facts about signals, vehicle file and drive.
 
-    Args:
-        monitor: name of the monitor and its variant
-        status: its status; that of a monitor that only estimates is never healthy or suspect
-        because: facts that explain the status, the decisive one first, which gives the headline
-        estimate: the estimated quantity; None where nothing could be estimated
-        since, declared, end: times of the change [s], see `Finding`
-        evidence: named figures, with unit in the name
-        details: further sentences about the estimate, such as the limits that it was compared with
-        decided_by: names of the decision rules that raised the alarm
-        facts: further facts that the monitor has found, defects of its signals among them
-
     `ESTIMATE` in a reason, a cause or a detail stands for the estimate.
     """
 
-    monitor: str
-    status: Status
-    because: tuple[Fact, ...] = ()
-    estimate: Estimate | None = None
+    monitor: str  # name of the monitor and its variant
+    status: Status  # its status; that of a monitor that only estimates is never healthy or suspect
+    because: tuple[Fact, ...] = ()  # facts that explain the status, the decisive one first, which gives the headline
+    estimate: Estimate | None = None  # the estimated quantity; None where nothing could be estimated
+    # times of the change [s], see `Finding`
     since: float | None = None
-    evidence: dict[str, float] = field(default_factory=dict)
-    details: tuple[str, ...] = ()
-    decided_by: tuple[str, ...] = ()
+    evidence: dict[str, float] = field(default_factory=dict)  # named figures, with unit in the name
+    details: tuple[str, ...] = ()  # further sentences about the estimate, such as the limits that it was compared with
+    decided_by: tuple[str, ...] = ()  # names of the decision rules that raised the alarm
     declared: float | None = None
     end: float | None = None
-    facts: tuple[Fact, ...] = ()
+    facts: tuple[Fact, ...] = ()  # further facts that the monitor has found, defects of its signals among them
 
     @property
     def cause(self) -> str:
@@ -97,20 +76,17 @@ class Verdict:
         return "; ".join(each.cause for each in self.because if each.cause)
 
 
+# Remedy for a defective signal
 REPAIR = "repair the sensor and record again, or correct the entry in channel map or vehicle file and judge again"
-"""Remedy for a defective signal."""
 
+# Remedy for a defect that prevents any estimate
 REPLACE = (
     "correct scale or unit of the signal in the channel map, or its time stamps, or give the vehicle file of this car "
     "(tierod identify vehicle), and judge again"
 )
-"""Remedy for a defect that prevents any estimate."""
 
-GUESSES = "guesses"
-"""Name of the fact that uncertain parameters decide the verdict."""
-
-LONGEST_REASON = 8
-"""Most words of a reason, so that a headline has 12 at most."""
+GUESSES = "guesses"  # Name of the fact that uncertain parameters decide the verdict
+LONGEST_REASON = 8  # Most words of a reason, so that a headline has 12 at most
 
 
 def defect(names: tuple[str, ...], cause: str, reason: str = "", withholds: bool = False) -> Fact:
@@ -149,7 +125,6 @@ def weigh(verdict: Verdict, facts: Sequence[Fact] = (), needed: Collection[str] 
 
 
 def _weighed(verdict: Verdict, facts: Sequence[Fact], needed: Collection[str] | None) -> Weighed:
-    """The same of facts without a second doubt about a signal."""
     status, causes, lowering = verdict.status, [], []
     counting = [each for each in (*verdict.facts, *facts) if _counts(each, needed)]
     hidden = [each for each in counting if each.withholds and each.allows] if verdict.estimate is not None else []
@@ -172,8 +147,6 @@ def assemble(
     """The finding of a verdict among facts: status, headline, cause, action, details and warnings.
 
     Args:
-        subject: what the monitor judges, in a word or two, as the beginning of the headline
-        verdict: verdict of the monitor
         facts: facts found outside the monitor; they limit after its own, and are named before them
         needed: signals that the verdict rests on; None lets every fact limit it
     """
@@ -237,13 +210,11 @@ def _distinct(verdict: Verdict, facts: Sequence[Fact]) -> tuple[Verdict, tuple[F
 
 
 def _told(fact: Fact, said: str, because: Sequence[Fact]) -> bool:
-    """Whether the monitor itself says it, or the larger part of it."""
     own = any(each.cause and each.cause in fact.cause for each in because)
     return own or any(each and each in said for each in (fact.cause, fact.reason))
 
 
 def _brief(verdict: Verdict) -> str:
-    """The verdict in a few words: its own reason, or value and time."""
     if reason := next((each.reason for each in verdict.because if each.reason), ""):
         return reason
     value = ESTIMATE if verdict.estimate is not None and verdict.status.judged else ""
@@ -262,7 +233,6 @@ def _idle(action: str) -> bool:
 
 
 def _filled(finding: Finding, estimate: Estimate) -> Finding:
-    """Finding with the estimate in its texts."""
     value = plus_minus(estimate.value, estimate.standard_deviation, estimate.unit)
     return replace(
         finding,

@@ -42,8 +42,6 @@ COUNT = Range(1.0)
 
 
 class Meaning(NamedTuple):
-    """Unit and range of an annotation."""
-
     hint: Any
     unit: str | None  # unit in the notation of pint; None where the annotation has none
     limits: Range | None  # range of valid values; None where any value is valid
@@ -162,11 +160,7 @@ def _with(instance: Any, values: Mapping[str, object]) -> Any:
 
 
 def check_ranges(instance: object) -> None:
-    """Check the numbers of a dataclass against the ranges in its annotations; nested dataclasses check their own.
-
-    Raises:
-        ParameterError: a number is out of its range
-    """
+    """Check the numbers of a dataclass against the ranges in its annotations; nested dataclasses check their own."""
     kind: Any = type(instance)
     known = hints(kind)
     for field in dataclasses.fields(kind):

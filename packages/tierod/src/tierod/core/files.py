@@ -30,8 +30,8 @@ _REMEDIES = {
 }
 
 
+# Age from which a temporary file is a leftover of a killed process [s]; writing takes seconds
 ABANDONED: Annotated[float, "s"] = 3600.0
-"""Age from which a temporary file is a leftover of a killed process [s]; writing takes seconds."""
 
 
 @contextmanager
@@ -42,9 +42,6 @@ def replacing(path: str | Path, sweeps: bool = True) -> Iterator[Path]:
         path: the target; its folder must exist
         sweeps: whether leftovers of killed processes are removed; a store of thousands of files sweeps once by
             itself, since a sweep of its folder takes 2 ms
-
-    Raises:
-        OutputError: the file cannot be written; the message states cause and remedy
     """
     target = _final(expanded(path))
     temporary: Path | None = None
@@ -70,11 +67,6 @@ def write_text(path: str | Path, text: str, sweeps: bool = True) -> Path:
 
     Args:
         path: the target; its folder must exist
-        text: content of the file
-        sweeps: as for `replacing`
-
-    Raises:
-        OutputError: the file cannot be written; the message states cause and remedy
     """
     with replacing(path, sweeps) as temporary:
         # Lone surrogates, which stand for bytes of file names that are not Unicode, cannot be encoded.
@@ -83,11 +75,7 @@ def write_text(path: str | Path, text: str, sweeps: bool = True) -> Path:
 
 
 def text_of(path: str | Path) -> str:
-    r"""A path, or a text that names one, as text that every encoding of Unicode holds.
-
-    Args:
-        path: bytes of its name that are not UTF-8 are surrogates, which become escapes such as \udcfc
-    """
+    """A path, or a text that names one, as text that every encoding of Unicode holds."""
     text = str(path)
     return text if text.isascii() else text.encode("utf-8", "backslashreplace").decode()
 
@@ -107,11 +95,7 @@ def sha256_of(path: Path) -> str:
 
 
 def require_folder(path: str | Path) -> None:
-    """Check that the folder of a file can be written, before the work whose result goes there.
-
-    Raises:
-        OutputError: its folder is missing or cannot be written
-    """
+    """Check that the folder of a file can be written, before the work whose result goes there."""
     folder = expanded(path).resolve().parent
     if not folder.is_dir():
         raise OutputError(f"{path} cannot be written: there is no folder {folder}; {_REMEDIES[errno.ENOENT]}")
@@ -121,11 +105,7 @@ def require_folder(path: str | Path) -> None:
 
 @contextmanager
 def holding(path: str | Path) -> Iterator[Path]:
-    """Lock the folder of a file, which need not exist, to read and change the file in one step; yields its path.
-
-    Raises:
-        OutputError: its folder is missing or cannot be written, or another program held it for `PATIENCE`
-    """
+    """Lock the folder of a file, which need not exist, to read and change the file in one step; yields its path."""
     # A link is resolved once, so that lock, temporary file and new name are in one folder.
     place = expanded(path).resolve()
     require_folder(place)
@@ -158,12 +138,6 @@ def _beside(target: Path) -> Path:
 
 
 def temporary_name(stem: str, suffix: str) -> re.Pattern[str]:
-    """Pattern of the names of the temporary files of `replacing`.
-
-    Args:
-        stem: stem of the target's name, as a regular expression
-        suffix: suffix of the target's name
-    """
     return re.compile(rf"\.{stem}\.[0-9a-f]{{12}}{re.escape(suffix)}")
 
 
@@ -171,7 +145,6 @@ def sweep(target: Path, age: float = ABANDONED) -> None:
     """Remove temporary files that killed processes left beside a target.
 
     Args:
-        target: file that is written with `replacing`
         age: smallest age of the files that are removed [s]
     """
     left = temporary_name(re.escape(target.stem[:100]), target.suffix)

@@ -10,8 +10,8 @@ from tierod.core.shown import in_words
 from tierod.core.statuses import Status as Status
 from tierod.core.statuses import worst
 
+# Least time from the onset of a change to its declaration that a text names [s]; most faults take some 0.1 s
 LEAST_DELAY = 0.5
-"""Least time from the onset of a change to its declaration that a text names [s]; most faults take some 0.1 s."""
 
 
 def belated(onset: float | None, declared: float | None) -> float | None:
@@ -28,33 +28,25 @@ def belated(onset: float | None, declared: float | None) -> float | None:
 
 @dataclass(frozen=True)
 class Estimate:
-    """An estimated number with its uncertainty.
+    """An estimated number with its uncertainty."""
 
-    Args:
-        quantity: its name in words, with the place ("friction torque at the steering wheel axis")
-        value: estimated value in the unit
-        standard_deviation: one sigma in the unit
-        unit: in the notation of pint; "count" where the recording was not calibrated
-        reference: values that it is compared with, by name: nominal, learnt level, threshold
-        limits: names of vehicle parameters that are the limits of the alarm; their deviation is in none of the others
-        assumed: standard deviations [unit] that are assumptions on the sensors, by the name of the parameter that
-            replaces each assumption; they are part of `standard_deviation`
-        given: the same of sensors whose parameter the vehicle file states
-        held: standard deviations [unit] by parameters of the vehicle, whose spread the monitor itself includes in
-            `standard_deviation`
-        fault_from: value from which it is a fault [unit], where the reference of that name lies above it by the margin
-            of the alarm; None where it is that reference
-    """
-
-    quantity: str
-    value: float
-    standard_deviation: float
-    unit: str
+    quantity: str  # its name in words, with the place ("friction torque at the steering wheel axis")
+    value: float  # estimated value in the unit
+    standard_deviation: float  # one sigma in the unit
+    unit: str  # in the notation of pint; "count" where the recording was not calibrated
+    # values that it is compared with, by name: nominal, learnt level, threshold
     reference: dict[str, float] = field(default_factory=dict)
+    # names of vehicle parameters that are the limits of the alarm; their deviation is in none of the others
     limits: tuple[str, ...] = ()
+    # standard deviations [unit] that are assumptions on the sensors, by the name of the parameter that replaces
+    # each assumption; they are part of `standard_deviation`
     assumed: dict[str, float] = field(default_factory=dict)
-    given: dict[str, float] = field(default_factory=dict)
+    given: dict[str, float] = field(default_factory=dict)  # the same of sensors whose parameter the vehicle file states
+    # standard deviations [unit] by parameters of the vehicle, whose spread the monitor itself includes in
+    # `standard_deviation`
     held: dict[str, float] = field(default_factory=dict)
+    # value from which it is a fault [unit], where the reference of that name lies above it by the margin of the
+    # alarm; None where it is that reference
     fault_from: float | None = None
 
     @property
@@ -65,39 +57,30 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Finding:
-    """The verdict of one monitor over one recording.
+    """The verdict of one monitor over one recording."""
 
-    Args:
-        monitor: name of the monitor and its variant
-        status: what was found, or why no judgement was possible. A monitor that only estimates is never healthy or
-            suspect: consistent where a reference or redundant signals could have contradicted it, inconsistent where
-            they do, else estimated
-        headline: subject, status and reason in at most 12 words, for the first line of a report
-        since: time [s] in the recording at which the change to this status began; None where it holds throughout
-        declared: time [s] at which the change was declared; None where there was none, or its time is not known
-        end: time [s] at which all faults of the finding had ended; None where one lasts to the end of the recording,
-            or the time is not known
-        estimate: the estimated quantity; None where nothing could be estimated
-        evidence: named figures (enabled seconds, enabled share, excitation, NIS, ...), with unit in the name
-        cause: reason for the status
-        action: the remedy
-        warnings: notices for a reader of the verdict (wrong sign suspected, torque in raw counts, ...)
-        decided_by: names of the decision rules that raised the alarm; empty without an alarm
-        details: further sentences: limits that the estimate was compared with, or the verdict without what doubts it
-    """
-
-    monitor: str
+    monitor: str  # name of the monitor and its variant
+    # what was found, or why no judgement was possible. A monitor that only estimates is never healthy or suspect:
+    # consistent where a reference or redundant signals could have contradicted it, inconsistent where they do, else
+    # estimated
     status: Status
-    headline: str
+    headline: str  # subject, status and reason in at most 12 words, for the first line of a report
+    # time [s] in the recording at which the change to this status began; None where it holds throughout
     since: float | None = None
-    estimate: Estimate | None = None
+    estimate: Estimate | None = None  # the estimated quantity; None where nothing could be estimated
+    # named figures (enabled seconds, enabled share, excitation, NIS, ...), with unit in the name
     evidence: dict[str, float] = field(default_factory=dict)
-    cause: str = ""
-    action: str = ""
+    cause: str = ""  # reason for the status
+    action: str = ""  # the remedy
+    # notices for a reader of the verdict (wrong sign suspected, torque in raw counts, ...)
     warnings: tuple[str, ...] = ()
-    decided_by: tuple[str, ...] = ()
+    decided_by: tuple[str, ...] = ()  # names of the decision rules that raised the alarm; empty without an alarm
+    # time [s] at which the change was declared; None where there was none, or its time is not known
     declared: float | None = None
+    # time [s] at which all faults of the finding had ended; None where one lasts to the end of the recording, or
+    # the time is not known
     end: float | None = None
+    # further sentences: limits that the estimate was compared with, or the verdict without what doubts it
     details: tuple[str, ...] = ()
 
     @property
@@ -133,19 +116,16 @@ class Finding:
 
 @dataclass(frozen=True)
 class Episode:
-    """Time interval in which a sensor or an actuator was faulty.
-
-    Args:
-        candidates: other elements whose fault explains the readings as well; empty where there are none
-        declared: time of the declaration [s], when the evidence was sure; a slow or hidden fault begins long before,
-            and may have ended by then
-    """
+    """Time interval in which a sensor or an actuator was faulty."""
 
     kind: str  # type of the fault in words ("total loss", "positive offset"); empty where it is not identifiable
     start: float  # likeliest onset of the fault in the recording [s]
     end: float | None = None  # likeliest end of the fault [s]; None where it lasts to the end of the recording
     magnitude: Estimate | None = None  # fault magnitude; None where the fault has none, or it is not identifiable
+    # other elements whose fault explains the readings as well; empty where there are none
     candidates: tuple[str, ...] = ()
+    # time of the declaration [s], when the evidence was sure; a slow or hidden fault begins long before, and may
+    # have ended by then
     declared: float | None = None
 
     @property
@@ -161,37 +141,31 @@ class Episode:
 
 @dataclass(frozen=True)
 class Element:
-    """The state of one sensor or actuator over a recording.
-
-    Args:
-        substitute: its replacement while it is faulty, with the measured error of that; empty where there is none
-        smallest: smallest lasting offset of a fault-free sensor, or lost share of an actuator's torque, that would have
-            been seen [unit]; None where none is stated
-    """
+    """The state of one sensor or actuator over a recording."""
 
     name: str  # name of the signal or actuator
     role: str  # "sensor" or "actuator"
     status: Status  # fault or suspect where it has an episode, else healthy, or why it could not be judged
     cause: str = ""  # why it could not be judged, or was judged for a part of the time only
     episodes: tuple[Episode, ...] = ()  # intervals in which it was faulty, in chronological order
+    # its replacement while it is faulty, with the measured error of that; empty where there is none
     substitute: str = ""
     trouble_code: str = ""  # diagnostic trouble code; empty where there is none
+    # smallest lasting offset of a fault-free sensor, or lost share of an actuator's torque, that would have been
+    # seen [unit]; None where none is stated
     smallest: float | None = None
     unit: str = ""  # unit of `smallest`
 
 
 @dataclass(frozen=True)
 class Trace:
-    """A decimated time series for the report: minimum, maximum and mean of every bin, so that no peak is lost.
+    """A decimated time series for the report: minimum, maximum and mean of every bin, so that no peak is lost."""
 
-    Args:
-        name, unit: name and unit of a signal of the catalogue, or of an output of the monitor
-        lower, upper, mean: shape (n,) each; NaN where no sample fell into the bin
-    """
-
+    # name and unit of a signal of the catalogue, or of an output of the monitor
     name: str
     unit: str
     time: Any  # left edge of each bin [s], shape (n,)
+    # shape (n,) each; NaN where no sample fell into the bin
     lower: Any
     upper: Any
     mean: Any
@@ -215,32 +189,24 @@ class ChannelQuality:
 
 @dataclass(frozen=True)
 class Curve:
-    """Trade-off in the design of a stopping rule, for a chart.
+    """Trade-off in the design of a stopping rule, for a chart."""
 
-    Args:
-        along, up: values on the horizontal and on the vertical axis, (n,) each
-        along_title, up_title: titles of the axes, with unit
-        chance: whether `up` is a probability from 0 to 1 over a magnitude; else both are times, on logarithmic axes
-    """
-
+    # values on the horizontal and on the vertical axis, (n,) each
     along: tuple[float, ...]
     up: tuple[float, ...]
+    # titles of the axes, with unit
     along_title: str
     up_title: str
     chosen: tuple[float, float] | None = None  # the point of the design in use; None where it is off the curve
+    # whether `up` is a probability from 0 to 1 over a magnitude; else both are times, on logarithmic axes
     chance: bool = False
 
 
 @dataclass(frozen=True)
 class Decided:
-    """One decision rule of a monitor, as a report shows it.
+    """One decision rule of a monitor, as a report shows it."""
 
-    Args:
-        name, distance, rule, false_alarms, source: in words
-        reached: furthest value over the recording, or the value of a single test; None where neither is known
-        passed: time [s] of the first crossing of a threshold; None where none was crossed, or for a single test
-    """
-
+    # in words
     name: str
     distance: str
     rule: str
@@ -250,19 +216,18 @@ class Decided:
     levels: tuple[float, ...] = ()  # thresholds, in the unit of that trace or of the value of a single test
     curve: Curve | None = None  # trade-off of its design; None without one
     below: bool = False  # whether the rule acts below its thresholds; else above positive and below negative ones
+    # furthest value over the recording, or the value of a single test; None where neither is known
     reached: float | None = None
+    # time [s] of the first crossing of a threshold; None where none was crossed, or for a single test
     passed: float | None = None
 
 
 @dataclass(frozen=True)
 class ParameterEffect:
-    """Effect of an uncertain vehicle parameter on a result.
-
-    Args:
-        value, standard_deviation, unit: as used for the result
-    """
+    """Effect of an uncertain vehicle parameter on a result."""
 
     name: str  # name of the parameter
+    # as used for the result
     value: float
     standard_deviation: float
     unit: str
@@ -273,35 +238,25 @@ class ParameterEffect:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """Complete result of one run of monitors over one recording; report and JSON are made from it alone.
+    """Complete result of one run of monitors over one recording; report and JSON are made from it alone."""
 
-    Args:
-        findings: one per monitor
-        elements: states of sensors and actuators, from monitors that judge several
-        traces: time series by name
-        histograms: by name, (edges, counts) pairs per stretch of the drive
-        loops: hysteresis views: name -> (angle [rad], torque) pairs, decimated
-        consistency: NIS and NEES figures by name
-        remarks: hints for parts of the report, by name ("consistency"); outcome for the files of "baseline"
-            and "fault memory", where they were named
-        quality: one per channel used
-        parameters: rows (name, value, unit, standard deviation, source)
-        decisions: the rules by which the monitors decided
-        parameter_effects: effects of the uncertain parameters that change the result, the largest first
-        recording, vehicle, version, command, created: provenance
-    """
-
-    findings: tuple[Finding, ...]
-    elements: tuple[Element, ...] = ()
-    traces: dict[str, Trace] = field(default_factory=dict)
-    histograms: dict[str, Any] = field(default_factory=dict)
+    findings: tuple[Finding, ...]  # one per monitor
+    elements: tuple[Element, ...] = ()  # states of sensors and actuators, from monitors that judge several
+    traces: dict[str, Trace] = field(default_factory=dict)  # time series by name
+    histograms: dict[str, Any] = field(default_factory=dict)  # by name, (edges, counts) pairs per stretch of the drive
+    # hysteresis views: name -> (angle [rad], torque) pairs, decimated
     loops: dict[str, Any] = field(default_factory=dict)
-    consistency: dict[str, float] = field(default_factory=dict)
+    consistency: dict[str, float] = field(default_factory=dict)  # NIS and NEES figures by name
+    # hints for parts of the report, by name ("consistency"); outcome for the files of "baseline" and "fault
+    # memory", where they were named
     remarks: dict[str, str] = field(default_factory=dict)
-    quality: tuple[ChannelQuality, ...] = ()
+    quality: tuple[ChannelQuality, ...] = ()  # one per channel used
+    # rows (name, value, unit, standard deviation, source)
     parameters: tuple[tuple[str, float, str, float | None, str], ...] = ()
-    decisions: tuple[Decided, ...] = ()
+    decisions: tuple[Decided, ...] = ()  # the rules by which the monitors decided
+    # effects of the uncertain parameters that change the result, the largest first
     parameter_effects: tuple[ParameterEffect, ...] = ()
+    # provenance
     recording: dict[str, Any] = field(default_factory=dict)
     vehicle: dict[str, Any] = field(default_factory=dict)
     version: str = ""
@@ -335,10 +290,4 @@ class Diagnosis:
         return self.screen().html()
 
     def remarked(self, name: str, remark: str) -> Diagnosis:
-        """The diagnosis with a remark added.
-
-        Args:
-            name: its subject ("baseline")
-            remark: a sentence
-        """
         return replace(self, remarks={**self.remarks, name: remark})

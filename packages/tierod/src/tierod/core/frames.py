@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     import xarray
 
 TIME = "time"  # Name of the column, index or coordinate of the time stamps [s]
-
 KEY = "tierod"  # Key in the metadata of a table under which units, sources and notes are kept
 
 
@@ -38,11 +37,6 @@ class Column(NamedTuple):
 
 
 def library(name: str) -> Any:
-    """An optional library, imported.
-
-    Raises:
-        MissingExtra: it is not installed
-    """
     try:
         return importlib.import_module(name)
     except ImportError:
@@ -78,9 +72,6 @@ def from_arrow(data: object, time: str = TIME, units: Mapping[str, str] | None =
         data: the table; a null is no sample, NaN is a missing one
         time: name of the column of time stamps [s]
         units: units by column name; those of the table where not given
-
-    Raises:
-        InputError: it has no such interface, no such column, or a column that holds no numbers
     """
     import pyarrow as pa
 
@@ -124,8 +115,8 @@ def from_pandas(
     Args:
         frame: data frame of numbers; NaN is a missing sample
         units: units by column name; those that `to_pandas` stored where not given
-        sparse: whether NaN means that there is no sample, as in joined channels of different rates; where not given,
-            what `to_pandas` stored, else False
+        sparse: whether NaN means that there is no sample, as in joined channels of different rates; where not
+            given, what `to_pandas` stored, else False
     """
     about = frame.attrs.get(KEY, {})
     sparse = about.get("", {}).get("sparse", False) if sparse is None else sparse

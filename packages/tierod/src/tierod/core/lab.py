@@ -45,14 +45,7 @@ def folders() -> list[Path]:
 
 
 def part(name: str, purpose: str) -> Any:
-    """Object that the package registers under a name.
-
-    Args:
-        purpose: what it is needed for, as the subject of a sentence ("a simulated drive")
-
-    Raises:
-        MissingPackage: the package is not installed, is of another version, or cannot be imported
-    """
+    """Object that the package registers under a name."""
     point = _points().get(name)
     if (version := _version()) not in ("", __version__):
         raise MissingPackage(purpose, PACKAGE, __version__, f"is installed in version {version}")

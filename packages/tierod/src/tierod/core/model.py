@@ -17,11 +17,6 @@ Model: TypeAlias = Any  # The class of a model; the shapes of any model are know
 
 
 def require_discrete(model: Model) -> None:
-    """Refuse an object that is no discrete model.
-
-    Raises:
-        ParameterError: its equations are missing or continuous
-    """
     if hasattr(model, "transition"):
         return
     name = getattr(model, "__name__", repr(model))
@@ -34,11 +29,6 @@ def require_discrete(model: Model) -> None:
 
 
 def require_continuous(model: Model) -> None:
-    """Refuse an object that is no continuous model.
-
-    Raises:
-        ParameterError: it has no derivative
-    """
     if not hasattr(model, "derivative"):
         raise ParameterError(f"{model.__name__} has no function `derivative`; only a continuous model is discretised")
 
@@ -48,7 +38,6 @@ def model_like(model: Model, name: str, meaning: str, **changed: Any) -> Model:
 
     Args:
         model: the other model; its equations are not taken over
-        changed: shapes, and functions of state, input and parameters
     """
     shapes = {part: getattr(model, part) for part in ("State", "Input", "Output", "Parameters")}
     members = {part: value if isinstance(value, type) else staticmethod(value) for part, value in changed.items()}

@@ -36,11 +36,8 @@ class Registry(Mapping[str, T], Generic[T]):
     Iterating gives tierod's own names, then those of plug-ins that can be used; a `PluginWarning` names the others.
 
     Args:
-        group: group of the entry points ("tierod.monitors")
-        kind: word for one object in messages ("monitor")
-        own: location of each of tierod's own objects by name: "module:attribute"
-        obstacle: gives the reason why a loaded object cannot be used, as a half-sentence ("has no variant"); "" where
-            it can
+        obstacle: gives the reason why a loaded object cannot be used, as a half-sentence ("has no variant"); ""
+            where it can
     """
 
     def __init__(self, group: str, kind: str, own: Mapping[str, str], obstacle: Callable[[str, object], str]):
@@ -50,12 +47,6 @@ class Registry(Mapping[str, T], Generic[T]):
         self._warned: set[str] = set()
 
     def __getitem__(self, name: str) -> T:
-        """The object with this name.
-
-        Raises:
-            KeyError: neither tierod nor an installed package has this name
-            ParameterError: a package has it, but it cannot be used
-        """
         if name not in self._loaded:
             if name in self.own:
                 self._loaded[name] = self._load_own(name)
@@ -89,11 +80,6 @@ class Registry(Mapping[str, T], Generic[T]):
         return tuple(usable)
 
     def required(self, name: str) -> T:
-        """The object with this name.
-
-        Raises:
-            ParameterError: there is none (the message names the nearest), or it cannot be used
-        """
         if name not in self:
             raise ParameterError(f"there is no {self.kind} '{name}'{nearest(name, self)}")
         return self[name]
@@ -148,12 +134,7 @@ class Registry(Mapping[str, T], Generic[T]):
 
 
 class FileRegistry(Registry[Path]):
-    """Files of one kind by name; the entry point of a plug-in names the package whose folder holds NAME.toml.
-
-    Args:
-        group, kind: group of the entry points and word for one object, as for `Registry`
-        without: endings of the names of files of another kind in that folder
-    """
+    """Files of one kind by name; the entry point of a plug-in names the package whose folder holds NAME.toml."""
 
     def __init__(
         self, group: str, kind: str, folder: Path, without: tuple[str, ...] = (".channels.toml", "classes.toml")
@@ -166,9 +147,6 @@ class FileRegistry(Registry[Path]):
 
         Args:
             beside: folder that a relative path refers to; the working directory where None
-
-        Raises:
-            ParameterError: there is none, or it belongs to a plug-in that cannot be used
         """
         path = (beside or Path()) / expanded(given)
         if given not in self.own and path.exists() and not path.is_dir():

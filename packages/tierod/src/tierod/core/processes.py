@@ -30,11 +30,7 @@ def runs(process: int) -> bool:
 
 
 def interpreter(*words: str) -> tuple[str, ...]:
-    """Command line of a child interpreter.
-
-    Args:
-        words: what it runs, such as "-m", module and arguments
-    """
+    """Command line of a child interpreter."""
     # Without -P it would import from the working folder, which may hold the files of others.
     return (sys.executable, "-P", *words)
 
@@ -83,8 +79,8 @@ def stopped_by_sigterm() -> Iterator[None]:
         signal.signal(signal.SIGTERM, before)
 
 
+# Environment variables that limit the threads; a library reads them when it is loaded
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-"""Environment variables that limit the threads; a library reads them when it is loaded."""
 
 
 def one_thread_each() -> None:
@@ -97,11 +93,11 @@ def one_thread_each() -> None:
         os.environ.setdefault(name, "1")
 
 
+# Longest wait for a lock [s]: work under a lock takes milliseconds, so that a queue of a hundred processes fits
 PATIENCE: Annotated[float, "s"] = 30.0
-"""Longest wait for a lock [s]: work under a lock takes milliseconds, so that a queue of a hundred processes fits."""
 
+# Polling interval for a lock [s]: short against the work that is done under it, long against the poll itself
 LOOK_PERIOD: Annotated[float, "s"] = 0.01
-"""Polling interval for a lock [s]: short against the work that is done under it, long against the poll itself."""
 
 
 @contextmanager
@@ -114,10 +110,6 @@ def alone(place: Path, patience: float = PATIENCE) -> Iterator[bool]:
 
     Yields:
         whether it is locked; False where the system cannot lock there
-
-    Raises:
-        FileNotFoundError: it does not exist, or was removed during the wait
-        TimeoutError: another process held the lock for all that time
     """
     handle = _held(place, time.monotonic() + patience)
     try:

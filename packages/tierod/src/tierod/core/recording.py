@@ -23,35 +23,25 @@ if TYPE_CHECKING:
 
 Method = Literal["hold", "linear"]
 
+# Largest number of grid points: a month at 100 Hz. A longer grid spans a step of the clock and exhausts the memory.
 MOST_SAMPLES = 300_000_000
-"""Largest number of grid points: a month at 100 Hz. A longer grid spans a step of the clock and exhausts the memory."""
 
-FREE_SAMPLES = 4_000_000
-"""Number of grid points that is always allowed: eleven hours at 100 Hz."""
+FREE_SAMPLES = 4_000_000  # Number of grid points that is always allowed: eleven hours at 100 Hz
 
+# Largest number of points of a longer grid per sample of the densest channel: 1 kHz for telemetry of 10 Hz
 MOST_PER_SAMPLE = 100
-"""Largest number of points of a longer grid per sample of the densest channel: 1 kHz for telemetry of 10 Hz."""
 
 
 @dataclass(frozen=True)
 class Channel:
-    """One signal over time.
+    """One signal over time."""
 
-    Args:
-        name: canonical name, or the name in the source where it has none
-        time: time stamps [s], shape (n,), not decreasing
-        values: shape (n,); NaN where a sample is missing
-        unit: in the notation of pint; "" for a number, "count" for a raw count
-        source: origin: message and signal, column or group
-        note: changes made to it (sign, offset, guess of a unit)
-    """
-
-    name: str
-    time: np.ndarray
-    values: np.ndarray
-    unit: str
-    source: str = ""
-    note: str = ""
+    name: str  # canonical name, or the name in the source where it has none
+    time: np.ndarray  # time stamps [s], shape (n,), not decreasing
+    values: np.ndarray  # shape (n,); NaN where a sample is missing
+    unit: str  # in the notation of pint; "" for a number, "count" for a raw count
+    source: str = ""  # origin: message and signal, column or group
+    note: str = ""  # changes made to it (sign, offset, guess of a unit)
 
     def noted(self, *notes: str) -> Channel:
         """The channel with notes added; empty ones and repetitions are left out."""
@@ -68,14 +58,7 @@ class Channel:
 
 
 def checked(channel: Channel, put: Order | None = None) -> Channel:
-    """A recorded channel made usable: stamps finite, not decreasing; values finite or missing; repairs noted.
-
-    Args:
-        put: order of its usable samples, where known from another channel with the same stamps
-
-    Raises:
-        InputError: time and values differ in length, or the time stamps cannot be used (see tierod.core.timestamps)
-    """
+    """A recorded channel made usable: stamps finite, not decreasing; values finite or missing; repairs noted."""
     time, values = np.asarray(channel.time), np.asarray(channel.values)
     if time.shape != values.shape or time.ndim != 1:
         raise InputError(
@@ -100,17 +83,9 @@ def checked_together(channels: Iterable[Channel]) -> list[Channel]:
 
 @dataclass(frozen=True)
 class Aligned:
-    """Several signals on one time grid.
-
-    Args:
-        time: uniform grid [s], shape (n,)
-        values: shape (n, signals); NaN where a signal is missing or older than allowed
-        names: the signals, in the order of the columns
-    """
-
-    time: np.ndarray
-    values: np.ndarray
-    names: tuple[str, ...]
+    time: np.ndarray  # uniform grid [s], shape (n,)
+    values: np.ndarray  # shape (n, signals); NaN where a signal is missing or older than allowed
+    names: tuple[str, ...]  # the signals, in the order of the columns
 
     @cached_property
     def columns(self) -> Mapping[str, np.ndarray]:
@@ -125,14 +100,10 @@ class Aligned:
 
 @dataclass(frozen=True)
 class Recording:
-    """Channels by name, and metadata of the recording as a whole.
-
-    Args:
-        metadata: origin of the file, start time, bus, comments
-    """
+    """Channels by name, and metadata of the recording as a whole."""
 
     channels: Mapping[str, Channel]
-    metadata: Mapping[str, Any] = field(default_factory=dict)
+    metadata: Mapping[str, Any] = field(default_factory=dict)  # origin of the file, start time, bus, comments
 
     def __getitem__(self, name: str) -> Channel:
         try:
@@ -145,7 +116,6 @@ class Recording:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of all channels."""
         return tuple(self.channels)
 
     @property
@@ -166,11 +136,7 @@ class Recording:
         return replace(self, metadata={**self.metadata, "warnings": together})
 
     def with_channels(self, channels: Iterable[Channel]) -> Recording:
-        """The recording with channels added, or replaced where the name exists; they are checked first.
-
-        Raises:
-            InputError: time stamps that cannot be used
-        """
+        """The recording with channels added, or replaced where the name exists; they are checked first."""
         return replace(
             self, channels={**self.channels, **{channel.name: channel for channel in checked_together(channels)}}
         )
@@ -220,10 +186,8 @@ class Recording:
         Args:
             table: a column of time stamps and one of numbers for every channel; a null is no sample
             time: name of the time column [s]
-            units: by channel; those of the table where not given. Names and units are those of `tierod.core.signals`
-
-        Raises:
-            InputError: it has no such column, or a column that holds no numbers
+            units: by channel; those of the table where not given. Names and units are those of
+                `tierod.core.signals`
         """
         return cls({})._with(frames.from_arrow(table, time, units))
 
@@ -280,9 +244,6 @@ class Recording:
         Args:
             period: sampling interval of the sender [s]
             names: the channels; all where not given
-
-        Raises:
-            InputError: the period is not positive, or a name does not exist
         """
         note = f"time stamps regenerated, {1e3 * period:g} ms apart"
         again = [replace(self[name], time=paced(self[name].time, period)).noted(note) for name in names or self.names]
@@ -294,9 +255,6 @@ class Recording:
         Args:
             rate: sampling rate of the grid [Hz]
             first: its first time [s]
-
-        Raises:
-            InputError: it is too long
         """
         densest = max((len(channel.time) for channel in self.channels.values()), default=0)
         if count > min(MOST_SAMPLES, max(FREE_SAMPLES, MOST_PER_SAMPLE * densest)):
@@ -319,13 +277,9 @@ class Recording:
         Args:
             names: canonical names, which become the columns in this order; a channel that is absent becomes NaN
             rate: sampling rate of the grid [Hz]
-            method: "hold" (latest sample) or "linear" (between two samples that are no more than maximum_age apart)
             maximum_age: a value older than this [s] is missing
             start: first time of the grid [s]; the recording's own where not given
             stop: the grid ends before this time [s]; the recording's own end (inclusive) where not given
-
-        Raises:
-            InputError: a rate or age that is not positive, a recording without samples, or a grid that is too long
         """
         if not rate > 0.0 or not maximum_age > 0.0:
             raise InputError(f"alignment needs a positive rate and maximum age, not {rate} Hz and {maximum_age} s")

@@ -7,14 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 ROWS = 20  # Largest number of table rows that a screen shows
-
 WIDEST = 60  # Largest number of characters of a cell
 
 
 @dataclass(frozen=True)
 class Screen:
-    """Display of an object."""
-
     title: str
     lines: tuple[str, ...] = ()  # below it; empty ones are left out
     header: tuple[str, ...] = ()  # header of a table; empty without a table

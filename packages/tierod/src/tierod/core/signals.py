@@ -17,8 +17,6 @@ from tierod.core.units import COUNT, scale
 
 @dataclass(frozen=True)
 class Signal:
-    """One canonical signal."""
-
     name: str  # in words, as used in every public signature
     unit: str  # SI, in the notation of pint ("rad/s", "N*m", "m/s**2"); "" for a number without unit
     meaning: str
@@ -248,20 +246,15 @@ _GROUPS: dict[str, tuple[Row, ...]] = {
     "Truth of a simulation": _TRUTH,
 }
 
+# Every canonical signal by name
 SIGNALS: dict[str, Signal] = {
     name: Signal(name, unit, meaning, positive, plausible, tuple(aliases.split()), group)
     for group, rows in _GROUPS.items()
     for name, unit, meaning, positive, plausible, aliases in rows
 }
-"""Every canonical signal by name."""
 
 
 def signal(name: str) -> Signal:
-    """The canonical signal of this name.
-
-    Raises:
-        InputError: the name is not in the catalogue; the message names the nearest ones
-    """
     try:
         return SIGNALS[name]
     except KeyError:
@@ -273,10 +266,10 @@ def plain(name: str) -> str:
     return "".join(character for character in name.lower() if character.isalnum())
 
 
+# Ambiguous aliases: they name a quantity, but not what it belongs to
 _GENERAL = (
     "speed", "velocity", "v", "yaw", "roll", "pitch", "psi", "beta", "delta", "mu", "bank", "grade", "sat"
 )  # fmt: skip
-"""Ambiguous aliases: they name a quantity, but not what it belongs to."""
 
 _SEPARATORS = ("::", ".", "/", ":", "\\")
 
@@ -296,7 +289,6 @@ def match(source: str, unit: str = "", qualified: bool = False) -> Signal | None
     Args:
         source: name in the file; of "EPS.DriverTorque" the part after the last separator is tried too
         unit: as the file writes it; "" where it has none
-        qualified: whether the source is already the last part of a longer name
     """
     found = _known(source, unit, qualified)
     for separator in _SEPARATORS:

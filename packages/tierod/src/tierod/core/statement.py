@@ -7,16 +7,12 @@ from typing import Annotated, NamedTuple
 from tierod.core.block import Scalar
 from tierod.core.statuses import Status
 
+# All statuses; the code of a status is its index here, the same for all monitors
 STATUSES: tuple[Status, ...] = tuple(Status)
-"""All statuses; the code of a status is its index here, the same for all monitors."""
 
 
 def code_of(status: Status) -> float:
-    """The code of a status inside a block.
-
-    Args:
-        status: any status
-    """
+    """The code of a status inside a block."""
     return float(STATUSES.index(status))
 
 

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 from enum import StrEnum
 from typing import NamedTuple
 
+# Style in a terminal of each colour; on a page the colour is a CSS class, whose values `tokens.css` holds
 COLOURS: Mapping[str, str] = {"good": "bold green", "watch": "bold yellow", "bad": "bold red", "open": "bold cyan"}
-"""Style in a terminal of each colour; on a page the colour is a CSS class, whose values `tokens.css` holds."""
 
 
 class Status(StrEnum):
@@ -128,14 +128,10 @@ _LOOKS: Mapping[Status, _Looks] = {
     ),
 }
 
+# All statuses, the worst first; what prevents a verdict ranks before an estimate and before healthy
 SEVERITY: tuple[Status, ...] = tuple(_LOOKS)
-"""All statuses, the worst first; what prevents a verdict ranks before an estimate and before healthy."""
 
 
 def worst(statuses: Iterable[Status]) -> Status:
-    """The worst of some statuses, independent of their order; "not available" where there are none.
-
-    Args:
-        statuses: any number of statuses
-    """
+    """The worst of some statuses, independent of their order; "not available" where there are none."""
     return min(statuses, key=SEVERITY.index, default=Status.NOT_AVAILABLE)

@@ -37,15 +37,7 @@ def build(
     """A frozen dataclass from a table.
 
     Args:
-        kind: the dataclass, or a union of dataclasses of which the key `kind` chooses one
-        table: as parsed from TOML
-        document: document that holds the table
-        location: location of the table in the document
-        base: instance that provides the fields which the table leaves out, in place of the defaults of the class
         signal: unit that replaces `SIGNAL_UNIT` in annotations; None where there is no signal
-
-    Raises:
-        ParameterError: an unknown or missing key, a wrong type, unit or value, with file, line and nearest name
     """
     return Builder(document, signal).value(Meaning(kind, None, None), table, tuple(location), base)
 
@@ -60,14 +52,7 @@ def override(
     """A nested frozen dataclass with some of its fields replaced.
 
     Args:
-        instance: for example a car
-        changes: value by dotted path, `{"steering.friction.level": "8 N*m"}`, or nested tables
-        document: document that holds the changes, if they come from a file
-        location: location of their table in the document
         what: name of the instance in a message; that of its class where it is empty
-
-    Raises:
-        ParameterError: a wrong path, with the nearest right ones; a wrong value as for `build`
     """
     source = document or Document({}, "", Path(what or type(instance).__name__))
     known = numbers(instance)
@@ -85,7 +70,6 @@ def override(
 
 
 def quoted(text: str) -> str:
-    """A text as TOML writes it."""
     # The control character DEL needs no escape in JSON, but in TOML it does.
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
@@ -111,8 +95,8 @@ def _has(instance: object, path: str) -> bool:
 
 __all__ = ["Document", "Location", "build", "override", "quoted"]
 
+# Placeholder for a unit that depends on the signal concerned; patterns such as "{signal}/s" are allowed
 SIGNAL_UNIT = "{signal}"
-"""Placeholder for a unit that depends on the signal concerned; patterns such as "{signal}/s" are allowed."""
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*", re.DOTALL)
 
@@ -124,8 +108,6 @@ def kind_name(kind: type) -> str:
 
 @dataclass(frozen=True)
 class Builder:
-    """Converts the values of one document to fields, see `tierod.core.toml.build`."""
-
     document: Document
     signal: str | None
 

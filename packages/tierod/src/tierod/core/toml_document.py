@@ -24,8 +24,7 @@ _TOKEN = re.compile(
     re.VERBOSE | re.DOTALL,
 )
 
-Location = Sequence[str | int]
-"""Keys and indices of array elements, outermost first."""
+Location = Sequence[str | int]  # Keys and indices of array elements, outermost first
 
 
 def line_of(text: str, location: Location) -> int | None:
@@ -62,11 +61,9 @@ class _Scan:
                 self.pair(table)
 
     def peek(self) -> tuple[str, str, int] | None:
-        """(kind, text, line) of the next token."""
         return self.tokens[self.at] if self.at < len(self.tokens) else None
 
     def take(self, *wanted: str) -> bool:
-        """Skip the next token if its text is one of these."""
         token = self.peek()
         found = token is not None and token[1] in wanted
         self.at += found
@@ -109,7 +106,6 @@ class _Scan:
         return path
 
     def pair(self, table: tuple[str, ...]) -> None:
-        """`key = value`, at the top or inside an inline table."""
         line = self.tokens[self.at][2]
         path = (*table, *self.key())
         self.note(path, line)
@@ -134,7 +130,6 @@ class _Scan:
             self.plain()
 
     def plain(self) -> None:
-        """A string, number, date or truth value, up to the token that ends it."""
         while (token := self.peek()) is not None and token[0] != "end" and token[1] not in (",", "]", "}"):
             self.at += 1
 
@@ -150,16 +145,10 @@ def _tokens(text: str) -> Iterator[tuple[str, str, int]]:
 
 @dataclass(frozen=True)
 class Document:
-    """A TOML file that has been read.
-
-    Args:
-        above: files that refer to this one, outermost first
-    """
-
     content: dict[str, Any]
     text: str
     path: Path
-    above: tuple[Path, ...] = ()
+    above: tuple[Path, ...] = ()  # files that refer to this one, outermost first
 
     @classmethod
     def read(cls, path: str | Path, what: str = "scenario") -> Document:

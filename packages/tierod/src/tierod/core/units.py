@@ -99,8 +99,8 @@ _LONGEST_TITLE = 1000
 _WRITTEN = "write it as deg/s, N*m or m/s**2 are written"
 
 _TOKEN = re.compile(r"(?P<power>\*\*|\^)|(?P<number>\d+\.?\d*|\.\d+)|(?P<word>[^\W\d]\w*|[%°µΩ])|(?P<mark>[-+*/·() ])")
+# Exponent of one digit, with a sign, with a decimal, or as a fraction: V/Hz**0.5, J/K**(1/2)
 _EXPONENT = re.compile(r"\s*[-+]?\d(?:\.\d+)?(?![\w.^]|\s*\*\*)|\([-+]?\d(?:/\d)?\)(?![\w.^]|\s*\*\*)")
-"""Exponent of one digit, with a sign, with a decimal, or as a fraction: V/Hz**0.5, J/K**(1/2)."""
 
 
 @lru_cache(maxsize=512)
@@ -110,9 +110,6 @@ def tidy(text: str, wanted: str = "") -> str:
     Args:
         text: for example "°/s", "Nm", "KM/H", "[m/s^2]"
         wanted: the unit to convert to; for an acceleration "g" means standard gravity
-
-    Raises:
-        InputError: an unknown unit
     """
     if len(text) > LONGEST:
         raise InputError(f"the unit '{text[:LONGEST]}...' has {len(text)} characters; {_WRITTEN}")
@@ -190,11 +187,6 @@ def known(text: str) -> bool:
 
 
 def scale(given: str, wanted: str) -> Scale:
-    """Scale that converts a value in the unit `given` into the unit `wanted`.
-
-    Raises:
-        InputError: an unknown unit, or one of another kind (a torque cannot become an angle)
-    """
     return _scale(tidy(given, wanted), tidy(wanted))
 
 
@@ -257,9 +249,6 @@ def dimensions(text: str) -> Dimensions:
 
     Args:
         text: in any notation; "" for a number without unit
-
-    Raises:
-        InputError: an unknown unit, one with an offset, or one that is no product of whole powers
     """
     if not text:
         return Dimensions(1.0, {})

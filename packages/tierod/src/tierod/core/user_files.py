@@ -21,14 +21,14 @@ from typing import Any
 from tierod.core.errors import InputError, TierodError
 from tierod.core.files import expanded
 
+# Longest TOML file [bytes]: the parser takes about a second for it; the largest that tierod ships has 12 kB
 MOST_BYTES = 1 << 20
-"""Longest TOML file [bytes]: the parser takes about a second for it; the largest that tierod ships has 12 kB."""
 
+# Longest JSON, DBC or course file [bytes]: a CAN database of a whole vehicle has a few million
 MOST_DATA_BYTES = 1 << 24
-"""Longest JSON, DBC or course file [bytes]: a CAN database of a whole vehicle has a few million."""
 
+# Deepest nesting of tables and lists: parsers recurse once per level, and a dotted key costs the cube of its depth
 MOST_DEPTH = 32
-"""Deepest nesting of tables and lists: parsers recurse once per level, and a dotted key costs the cube of its depth."""
 
 _PART = r"""(?:[A-Za-z0-9_-]++|"(?:\\.|[^"\\\n])*+"|'[^'\n]*+')"""
 _DEEP_KEY = re.compile(rf"(?:^|[\[{{,])[ \t]*+({_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{MOST_DEPTH},}})", re.MULTILINE)
@@ -46,7 +46,6 @@ _NOT_BLOCKING = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0) | geta
 def read_bytes(
     path: str | Path, what: str, error: type[TierodError] = InputError, cure: str = "", most: int = MOST_BYTES
 ) -> bytes:
-    """The content of a file that a user named."""
     path = expanded(path)
     cure = cure or "check the path and its permissions"
     try:
@@ -154,7 +153,6 @@ def _content(path: Path, most: int) -> bytes | None:
 
 
 def _too_deep(document: object) -> bool:
-    """Whether tables and lists are nested more deeply than allowed."""
     return len(list(islice(_levels(document), MOST_DEPTH + 2))) > MOST_DEPTH + 1
 
 

@@ -14,7 +14,7 @@ from tierod.core.graph.bank import BankGraph
 from tierod.core.graph.operations import OUTPUT, SAMPLE, TUNING, Program, program
 from tierod.core.graph.state import initial_program
 from tierod.core.graph.trace import Graph
-from tierod.export.c_header import HASH, declared, outer_structs, rows_of, state_rows, struct
+from tierod.export.c_header import HASH, declared, outer_structs, rows_of, state_rows, struct, template
 from tierod.export.c_source import assembled, braced, constants, initial, parameter_rows, prepare, step
 from tierod.export.interface import Interface
 from tierod.export.simplification import simplified
@@ -29,19 +29,12 @@ class _OfBank(Interface):
 
 
 class LaneInterface(_OfBank):
-    """Interface of one lane in C: its own state, outputs and parameters, and the parameters shared by all lanes."""
-
     @property
     def graph(self) -> Graph:
         return self.bank.lane
 
     @cached_property
     def initial(self) -> Program:
-        """Program that sets the initial state of a lane.
-
-        Raises:
-            TraceError: lanes have different initial states that do not follow from their parameters
-        """
         lanes = self.subject.block.lanes
         found = initial_program(lanes[0])
         follows = any(each.name == "input" for each in found.operations)
@@ -86,7 +79,6 @@ class LaneInterface(_OfBank):
 
     @cached_property
     def own_members(self) -> tuple[Member, ...]:
-        """Parameters with a value of their own in each lane."""
         return members([self.graph.tuning[k] for k in self.own])
 
     @cached_property
@@ -165,7 +157,6 @@ class BankInterface(_OfBank):
 
     @cached_property
     def stepped(self) -> Program:
-        """Simplified program of one judge step."""
         return simplified(program(self.bank.judge.function), self.initial, self.tuning)
 
     @cached_property
@@ -228,60 +219,6 @@ class BankInterface(_OfBank):
         return elements(self.lane.output)
 
 
-_ADOPT = """\
-static void PREFIX_adopt(PREFIX_state_t *x, const PREFIX_real_t a[COUNTU])
-{
-    uint16_t from[COUNTU];
-    uint16_t needed[COUNTU];
-    uint16_t left = 0U;
-
-    for (uint16_t i = 0U; i < COUNTU; i++) {
-        from[i] = i;
-        needed[i] = 0U;
-    }
-    for (uint16_t i = 0U; i < COUNTU; i++) {
-        if ((a[i] >= ZERO) && (a[i] < LIMIT)) {
-            from[i] = (uint16_t)a[i];
-        }
-        if (from[i] != i) {
-            needed[from[i]]++;
-            left++;
-        }
-    }
-    /* A lane whose state no other one still takes over is overwritten first. */
-    for (uint16_t n = 0U; (n < COUNTU) && (left > 0U); n++) {
-        for (uint16_t i = 0U; i < COUNTU; i++) {
-            if ((from[i] != i) && (needed[i] == 0U)) {
-                x->lanes[i] = x->lanes[from[i]];
-                needed[from[i]]--;
-                from[i] = i;
-                left--;
-            }
-        }
-    }
-    /* What is left are lanes that exchange their states in a circle. */
-    for (uint16_t i = 0U; (i < COUNTU) && (left > 0U); i++) {
-        if (from[i] != i) {
-            uint16_t to = i;
-
-            x->kept = x->lanes[i];
-            for (uint16_t n = 0U; (n < COUNTU) && (from[to] != i); n++) {
-                const uint16_t next = from[to];
-
-                x->lanes[to] = x->lanes[next];
-                from[to] = to;
-                to = next;
-                left--;
-            }
-            x->lanes[to] = x->kept;
-            from[to] = to;
-            left--;
-        }
-    }
-}
-"""
-
-
 def bank_structs(face: BankInterface) -> str:
     lane, prefix, count = face.lane, face.prefix, face.bank.count
     tuned, real = face.subject.tuning, face.spelling.real
@@ -315,7 +252,6 @@ def bank_structs(face: BankInterface) -> str:
 
 
 def bank_parameter_rows(face: BankInterface) -> str:
-    """C code of the parameter values of a bank."""
     lane, subject = face.lane, face.subject
     width, tuned = len(face.bank.lane.tuning), face.tuned
     values = [subject.values[k] for k in lane.shared]
@@ -381,7 +317,7 @@ def _steps(face: BankInterface) -> str:
     lane = step(face.lane, "lane", _arguments(face, "ckxuof", "xo"))
     judged = {word: declared(face, word) for word in "cxuy"} | {"a": f"{face.spelling.real} a[{face.bank.count}U]"}
     judge = step(face, "judge", judged, face.gathered)
-    adopt = _ADOPT.replace("PREFIX", face.prefix).replace("COUNT", str(face.bank.count))
+    adopt = template("adopt.c").replace("PREFIX", face.prefix).replace("COUNT", str(face.bank.count))
     limit = face.spelling.number(float(face.bank.count))
     return f"{lane}\n{judge}\n{adopt.replace('ZERO', face.spelling.number(0.0)).replace('LIMIT', limit)}"
 

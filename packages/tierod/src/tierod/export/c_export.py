@@ -21,7 +21,6 @@ FLAGS = "-std=c99 -O2 -Wall -Wextra -Wpedantic -Wconversion -Wshadow -ffp-contra
 
 
 def makefile(face: Interface) -> str:
-    """Makefile that builds and runs the comparison."""
     prefix = face.prefix
     return (
         f"# Builds {prefix} with the comparison, and runs it over the test vectors.\n"
@@ -105,7 +104,6 @@ def files(face: Interface, vectors: Vectors) -> Mapping[str, str]:
 
 
 def monitor_files(face: Interface) -> dict[str, str]:
-    """Header, source and parameter file, by name."""
     prefix = face.prefix
     if isinstance(face, BankInterface):
         texts = (header(face, bank_structs(face)), bank_source(face), parameters(face, bank_parameter_rows(face)))
@@ -115,11 +113,7 @@ def monitor_files(face: Interface) -> dict[str, str]:
 
 
 def interface_of(subject: Subject, options: Options) -> Interface:
-    """Interface of an export: of a bank, or of a single block.
-
-    Raises:
-        ParameterError: a mask of valid inputs is requested for more inputs than it has bits
-    """
+    """Interface of an export: of a bank, or of a single block."""
     count = len(subject.graph.sample)
     if options.validity and count > BITS:
         raise ParameterError(
@@ -131,14 +125,7 @@ def interface_of(subject: Subject, options: Options) -> Interface:
 
 
 def refuse_foreign(folder: str | Path, own: str) -> None:
-    """Refuse a folder whose files do not come from an earlier export of this monitor.
-
-    Args:
-        own: name of the export's header, which identifies an earlier export
-
-    Raises:
-        OutputError: the folder holds a README or Makefile but not this header
-    """
+    """Refuse a folder whose files do not come from an earlier export of this monitor."""
     place = expanded(folder)
     taken = next((name for name in ("README.md", "Makefile") if (place / name).exists()), None)
     if taken is not None and not (place / own).exists():
@@ -146,11 +133,7 @@ def refuse_foreign(folder: str | Path, own: str) -> None:
 
 
 def write_folder(texts: Mapping[str, str], folder: str | Path) -> Path:
-    """Write files into a folder, created if missing; each file is written atomically.
-
-    Raises:
-        OutputError: the folder cannot be created or written, or is a file
-    """
+    """Write files into a folder, created if missing; each file is written atomically."""
     place = expanded(folder)
     require_folder(place)
     for path in {place, *((place / name).parent for name in texts)}:

@@ -28,11 +28,16 @@ def rendered(folder: Path, name: str, values: Mapping[str, object]) -> str:
     return text
 
 
+def template(name: str) -> str:
+    """C that is the same for every export but for words in capitals."""
+    return (Path(__file__).parent / "templates" / name).read_text("utf-8")
+
+
 WIDTH = 116
 
 
+# Text around the declarations, so that a C++ program links to functions compiled as C
 FROM_C, TO_CPP = (f"#ifdef __cplusplus\n{brace}\n#endif\n\n" for brace in ('extern "C" {', "}  /* extern C */"))
-"""Text around the declarations, so that a C++ program links to functions compiled as C."""
 
 
 def header(face: Interface, own: str | None = None) -> str:
@@ -57,7 +62,6 @@ def header(face: Interface, own: str | None = None) -> str:
 
 
 def banner(face: Interface, what: str) -> str:
-    """Comment at the top of a generated file."""
     subject = face.subject
     lines = [
         f"{face.prefix}: {what}",
@@ -191,11 +195,6 @@ def index_type(size: int) -> str:
 def rows_of(
     face: Interface, found: Sequence[Member], known: Sequence[Described], kinds: Mapping[int, str] | None = None
 ) -> list[str]:
-    """C code of members with their comments.
-
-    Args:
-        kinds: C types of members that are no plain numbers, by the position of their first number
-    """
     types, real = kinds or {}, face.spelling.real
     return [
         f"{comment([note(known[each.places[0]])], '    ')}    {types.get(each.places[0], real)} {each.declarator};\n"

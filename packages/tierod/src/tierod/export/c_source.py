@@ -16,10 +16,10 @@ from tierod.export.subject import Described, Member
 
 _OF_TWO = ("atan2", "pow", "hypot")
 
+# C library functions for which the kernels may have implementations of their own
 _OF_ONE = frozenset(
     ["sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "expm1", "log", "log1p"]
 )
-"""C library functions for which the kernels may have implementations of their own."""
 
 _BEGINNING = re.compile(r"^(?=/\* |TIEROD_INLINE |typedef |#define |static const )", re.MULTILINE)
 _NAME = re.compile(r"\b(?:tierod|TIEROD)_\w+")
@@ -27,11 +27,7 @@ _DEFINED = re.compile(r"^(?:TIEROD_INLINE \w+|typedef \w+|#define|static const \
 
 
 def helpers(spelling: Spelling, text: str, libm: bool = True) -> str:
-    """C code of the helper functions that a piece of C code calls.
-
-    Args:
-        libm: whether functions such as the sine come from the C library rather than from the kernels
-    """
+    """C code of the helper functions that a piece of C code calls."""
     wanted = sorted(set(re.findall(rf"\b{spelling.prefix}_(\w+)\(", text)))
     if libm:
         return "".join(f"{spelling.literals(made)}\n" for name in wanted if (made := _helper(spelling, name)))
@@ -109,11 +105,6 @@ def parameters(face: Interface, rows: str | None = None) -> str:
 def parameter_rows(
     face: Interface, found: Sequence[Member], known: Sequence[Described], values: Sequence[float]
 ) -> str:
-    """C code of members with their values.
-
-    Args:
-        known, values: description and value of every number, by its position
-    """
     return "".join(
         f"{comment([note(known[each.places[0]])], '    ')}    .{each.name} = {braced(face, each, values)},\n"
         for each in found
@@ -186,8 +177,6 @@ def initial(face: Interface, name: str, arguments: Mapping[str, str], zeroed: st
     """Function that sets the non-zero members of the initial state.
 
     Args:
-        face: interface of the block that holds the state
-        arguments: C of the declaration of each argument, by its name
         zeroed: C code that clears the other members; "" where they are zero already
     """
     first = face.initial
@@ -210,15 +199,13 @@ def initial(face: Interface, name: str, arguments: Mapping[str, str], zeroed: st
 
 
 def step(
-    face: Interface,
-    name: str = "step",
-    arguments: Mapping[str, str] | None = None,
-    gathered: Gathered | None = None,
+    face: Interface, name: str = "step", arguments: Mapping[str, str] | None = None, gathered: Gathered | None = None
 ) -> str:
     """Function that advances the state by one sample.
 
     Args:
-        arguments: C of the declaration of each argument, by its name, of a static function; None for the exported step
+        arguments: C of the declaration of each argument, by its name, of a static function; None for the exported
+            step
     """
     notes = {(OUTPUT, k): path for k, path in enumerate(face.graph.output)}
     types = {(OUTPUT, k): f"{face.prefix}_status_t" for k in face.statuses}
@@ -249,7 +236,6 @@ def printed(
     static: bool = False,
     gathered: Gathered | None = None,
 ) -> str:
-    """C functions of a program."""
     body = Body(face.graph, operations, face.spelling, reach, gathered)
     return CutPrinter(body, clocks).functions(f"{face.prefix}_{name}", arguments, static)
 

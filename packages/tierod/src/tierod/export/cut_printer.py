@@ -16,11 +16,7 @@ _PLAIN = re.compile(r"[\w.>\[\]-]+")  # C code of an input that is a plain struc
 
 
 class CutPrinter(StatementPrinter):
-    """Printer of one program as several functions, with the operations of the kernels in the same order.
-
-    Args:
-        clocks: states that are stored as whole numbers of steps
-    """
+    """Printer of one program as several functions, with the operations of the kernels in the same order."""
 
     def __init__(self, body: Body, clocks: Mapping[int, Clock], longest: int = LONGEST):
         super().__init__(body, clocks)
@@ -46,11 +42,6 @@ class CutPrinter(StatementPrinter):
         return found
 
     def functions(self, name: str, arguments: Mapping[str, str], static: bool = False) -> str:
-        """C code of all partial functions and of the one that calls them.
-
-        Args:
-            arguments: C of the declaration of each argument, by its name
-        """
         texts, calls = [], []
         given = {**arguments, **self._scratch_arguments()}
         for number, group in enumerate(self._grouped()):
@@ -158,7 +149,6 @@ class CutPrinter(StatementPrinter):
         return self.names(self._places()) | stored | crossing
 
     def _outside(self, index: int) -> dict[int, str]:
-        """Names of values where no input has been read yet."""
         operation = self.program.operations[index]
         own = {index: self.reach.taken(operation.constant)} if operation.name == "input" else {}
         return self._names(set()) | own

@@ -26,8 +26,6 @@ _OWN = re.compile(r"\btierod_(\w+)\(")
 
 @dataclass(frozen=True)
 class Spelling:
-    """Names and literals of one export."""
-
     prefix: str  # of all names ("tierod_friction")
     precision: Precision
     fused: bool = False  # whether multiply-add is always rounded once, even if the target has no instruction for it
@@ -71,8 +69,6 @@ PARAMETER = 4  # Group of the parameters in programs that run once, where parame
 
 @dataclass(frozen=True)
 class Options:
-    """Options of an export."""
-
     precision: Precision = "single"
     validity: bool = False  # whether a mask marks the valid inputs, in place of NaN
     libm: bool = True  # whether functions such as the sine come from the C library, rather than the kernels' own
@@ -81,19 +77,15 @@ class Options:
 
 @dataclass(frozen=True)
 class Interface:
-    """Interface of a subject's C code, as the caller sees it."""
-
     subject: Subject
     options: Options = field(default_factory=Options)
 
     @cached_property
     def spelling(self) -> Spelling:
-        """Spelling of names and numbers in C."""
         return Spelling(f"tierod_{self.subject.name}", self.options.precision, self.options.fused)
 
     @property
     def prefix(self) -> str:
-        """Prefix of all exported names."""
         return self.spelling.prefix
 
     @property
@@ -140,13 +132,11 @@ class Interface:
 
     @cached_property
     def plain(self) -> tuple[tuple[int, ...], tuple[Member, ...]]:
-        """Positions of the states that are not clocks, and their members."""
         positions = tuple(k for k in range(len(self.graph.state)) if k not in self.clocks)
         return positions, members([self.graph.state[k] for k in positions])
 
     @cached_property
     def counted(self) -> dict[int, str]:
-        """C names of the clocks, by position."""
         return {k: f"{identifier(self.graph.state[k])}_steps" for k in self.clocks}
 
     @cached_property
@@ -212,5 +202,4 @@ class Interface:
 
 
 def is_status(each: Described) -> bool:
-    """Whether a number is a status code."""
     return each.path.rpartition(".")[2] == STATUS and each.holder == "Statement"

@@ -127,7 +127,6 @@ def _sides(
     uses: Mapping[int, Set[int]],
     taken: Set[int],
 ) -> tuple[set[int], set[int]]:
-    """Operations whose values only one side of the selections uses."""
     sides: tuple[set[int], set[int]] = (set(), set())
     last = max(place[each] for each in chosen)
     for index in sorted(place, key=place.__getitem__, reverse=True):

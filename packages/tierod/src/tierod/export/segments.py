@@ -11,11 +11,7 @@ from tierod.core.graph.operations import NEXT_STATE, PUSH, RING, STATE, Branch, 
 
 
 def soon_taken(program: Program, parts: Sequence[Branch]) -> list[Branch]:
-    """The same operations and branches, ordered output by output and each as late as possible.
-
-    Args:
-        parts: all its operations, each after those that it depends on
-    """
+    """The same operations and branches, ordered output by output and each as late as possible."""
     home = {index: number for number, part in enumerate(parts) for index in part.operations}
     found = _Sorted(program, parts, home)
     for value in sorted(set(program.outputs.values()) & home.keys()):
@@ -76,14 +72,14 @@ class _Sorted:
             self.parts.append(Branch(part.condition, together))
 
 
+# Limit of the cost estimate, which counts shared values once per use and would otherwise grow exponentially
 _MUCH = 1 << 30
-"""Limit of the cost estimate, which counts shared values once per use and would otherwise grow exponentially."""
 
 
+# Largest number of operations of one function; static analysers take hours for a kernel's functions of thousands. A
+# step of the friction monitor needs 3 % more instructions on a Cortex-M7 with 60, and 1 % more with 120, because values
+# cross functions or do not fit into registers.
 LONGEST = 80
-"""Largest number of operations of one function; static analysers take hours for a kernel's functions of thousands.
-A step of the friction monitor needs 3 % more instructions on a Cortex-M7 with 60, and 1 % more with 120, because values
-cross functions or do not fit into registers."""
 
 Target = tuple[int, int]  # (group, position) of an output of the program
 
@@ -119,14 +115,7 @@ def layout(
     longest: int = LONGEST,
     readable: Set[Target] = frozenset(),
 ) -> Layout:
-    """Segments of a program, its outputs stored as early as possible, and scratch elements that are reused when free.
-
-    Args:
-        needs: values used by the store of every output
-        parts: all its operations, each after those that it depends on
-        truths: logical values (0 or 1), which have a scratch array of their own
-        readable: outputs from which a computed value can be read back
-    """
+    """Segments of a program, its outputs stored as early as possible, and scratch elements reused when free."""
     needed = _needed(program, needs, parts)
     cut = [
         Segment(part.condition, piece)
@@ -207,7 +196,6 @@ def _with_stores(program: Program, needs: Needs, cut: Sequence[Segment], longest
 
 
 def _stored(targets: Sequence[Target], longest: int) -> list[Segment]:
-    """Segments that only store outputs."""
     return [Segment(None, (), tuple(targets[k : k + longest])) for k in range(0, len(targets), longest)]
 
 

@@ -33,11 +33,7 @@ from tierod.core.graph.operations import (
 
 
 def simplified(program: Program, initial: Program, tuning: Sequence[float]) -> Program:
-    """An equivalent step with fewer operations; equal to the last bit.
-
-    Args:
-        tuning: parameter values, from which positive times are recognised
-    """
+    """An equivalent step with fewer operations; equal to the last bit."""
     simpler = _Simpler(program, counters(program, initial), tuning)
     operations, outputs = drop_unused(simpler.builder.operations, simpler.outputs())
     found = replace(program, operations=tuple(operations), outputs=outputs, invariant=invariant_of(operations))
@@ -202,8 +198,8 @@ class _Simpler:
         return add("add", (add("add", (near, holds[0])), holds[1]))
 
 
+# Operations that change a state, and the position of the state among their arguments
 _STATE_IN = {"fma": 2, "fnma": 2, "sub": 0}
-"""Operations that change a state, and the position of the state among their arguments."""
 
 
 def growth_first(program: Program) -> Program:

@@ -14,8 +14,8 @@ from tierod.export.storage import Clock, added, is_own
 
 Group = tuple[int, int]  # (group, position) of an input or output
 
+# C code of one of several inputs, given their positions and C code of the index; None where none is possible
 Gathered = Callable[[Sequence[int], str], str | None]
-"""C code of one of several inputs, given their positions and C code of the index; None where none is possible."""
 
 
 @dataclass(frozen=True)
@@ -41,12 +41,6 @@ class Body:
 
 
 class StatementPrinter(BranchingPrinter):
-    """Printer of the statements and stores of one program.
-
-    Args:
-        clocks: states stored as whole numbers of steps
-    """
-
     def __init__(self, body: Body, clocks: Mapping[int, Clock]):
         super().__init__(body.graph, body.operations, body.gathered)
         self.spelling, self.reach, self.clocks = body.spelling, body.reach, clocks
@@ -58,7 +52,6 @@ class StatementPrinter(BranchingPrinter):
         return Places(refused, refused, refused, refused, self.reach.carried)
 
     def notes(self) -> dict[int, str]:
-        """Names of the outputs that a value is, as comments, by the number of the value."""
         found: dict[int, str] = {}
         for target, value in sorted(self.program.outputs.items()):
             if target in self.reach.notes and target[0] != NEXT_STATE:

@@ -33,7 +33,6 @@ class Added(NamedTuple):
 
 
 def clocks(program: Program, initial: Program) -> dict[int, Clock]:
-    """The clocks of a program, by the position of their state."""
     found = {}
     for (group, position), value in sorted(program.outputs.items()):
         if group == NEXT_STATE and is_constant(initial.operations[initial.outputs[group, position]], 0.0):
@@ -44,11 +43,7 @@ def clocks(program: Program, initial: Program) -> dict[int, Clock]:
 
 
 def free_clocks(program: Program, known: Mapping[int, Clock]) -> tuple[int, ...]:
-    """Positions of free-running clocks, whose next value depends on no condition.
-
-    Args:
-        known: clocks of the program, by the position of their state
-    """
+    """Positions of free-running clocks, whose next value depends on no condition."""
     return tuple(
         k
         for k, clock in known.items()
@@ -120,8 +115,6 @@ class Line:
 
 @dataclass(frozen=True)
 class Lines:
-    """All delay lines of a step."""
-
     arrays: tuple[Line, ...]
     home: Mapping[int, tuple[int, int]]  # position of a delay line of the graph -> number of its array, and its row
     delays: tuple[int, ...]
@@ -144,11 +137,7 @@ class Lines:
 
 
 def delay_lines(program: Program, initial: Program, rings: Sequence[tuple[str, int]]) -> Lines:
-    """Merged delay lines of a step.
-
-    Args:
-        rings: dotted name and length of every delay line of the graph
-    """
+    """Merged delay lines of a step."""
     rows: dict[tuple[str, int, int], list[int]] = {}
     for position, (path, _) in enumerate(rings):
         pushed, first = program.outputs[PUSH, position], initial.outputs[PUSH, position]

@@ -138,8 +138,6 @@ KEYWORDS = frozenset(_WORDS.split())
 
 
 class Member(NamedTuple):
-    """A member of a struct."""
-
     name: str
     shape: tuple[int, ...]  # of the array; () for a single number
     places: tuple[int, ...]  # positions of its numbers in the flat order, row by row
@@ -225,8 +223,6 @@ def _distinct(found: Sequence[Member]) -> list[Member]:
 
 @dataclass(frozen=True)
 class Subject:
-    """A monitor for one vehicle."""
-
     name: str  # C identifier with which all names begin, without "tierod_"
     title: str
     monitor: str
@@ -250,7 +246,6 @@ class Subject:
 
     @property
     def version(self) -> str:
-        """Version of tierod, with monitor and variant."""
         return f"tierod {__version__}, {self.monitor}, {self.variant}"
 
     @property
@@ -265,12 +260,7 @@ def subject_of(monitor: str | None, vehicle: Vehicle | str, variant: str | None 
 
     Args:
         monitor: name; None for the usual one of the vehicle
-        vehicle: parameter set, its name, or the path of its file
         variant: name; None for the monitor's default
-
-    Raises:
-        ParameterError: the monitor, variant or vehicle does not exist, the vehicle lacks a parameter, or the monitor
-            evaluates recordings as a whole
     """
     car = vehicle if isinstance(vehicle, Vehicle) else load(vehicle)
     listed = MONITORS.required(monitor or usual_monitor(car))
@@ -295,12 +285,8 @@ def subject_of_block(
     """A block, ready for export.
 
     Args:
-        name: C identifier with which all names begin, without "tierod_"
         rate: sampling rate [Hz]
         monitor, variant, vehicle: names; "" where there is none
-
-    Raises:
-        TraceError: the block cannot be traced
     """
     graph, initial = trace(block), block.init()
     remembered = initial.judge if isinstance(initial, BankState) else initial

@@ -25,14 +25,7 @@ from tierod.vehicles.reading import read_by
 
 
 def inputs_from(subject: Subject, vehicle: Vehicle, source: Recording | str | Path) -> np.ndarray:
-    """Input samples (n, inputs) of a monitor from a recording; NaN where a signal is missing.
-
-    Args:
-        vehicle: its databases and channel map decode the file
-
-    Raises:
-        InputError: the recording cannot be read, is empty, or contains none of the inputs
-    """
+    """Input samples (n, inputs) of a monitor from a recording; NaN where a signal is missing."""
     monitor, variant = find(subject.monitor, subject.variant)
     databases, used = read_by(vehicle)
     whole = source if isinstance(source, Recording) else read(source, dbc=databases, channel_map=used)
@@ -57,17 +50,17 @@ SEED = 20261123
 SHARE: Annotated[float, ""] = 0.3  # Share of the plausible range in which a signal usually stays
 UNBOUNDED: Annotated[float, ""] = 10.0  # Bound of a signal without a plausible range, in its unit
 STEPS_BETWEEN_GAPS = 400
+# Longest gap [samples]; longer than signals are held, so that the recovery from a missing signal is reached too
 LONGEST_GAP = 120
-"""Longest gap [samples]; longer than signals are held, so that the recovery from a missing signal is reached too."""
 
 
+# Operations that samples of one kind may take; without compiler optimisation a step of a bank takes 1 ms, and the
+# evidence runs the samples a dozen times
 WORK: Annotated[float, ""] = 0.7e9
-"""Operations that samples of one kind may take; without compiler optimisation a step of a bank takes 1 ms, and the
-evidence runs the samples a dozen times."""
 FEWEST = 1_000
 
+# Operations that all samples with sanitizers may take; there a step of a bank takes 20 ms
 SANITIZED_WORK: Annotated[float, ""] = 0.7e9
-"""Operations that all samples with sanitizers may take; there a step of a bank takes 20 ms."""
 MOST_SANITIZED = 500_000  # Largest number of samples that run with sanitizers
 
 
@@ -148,7 +141,6 @@ def altered_inputs(inputs: np.ndarray, count: int) -> Iterator[np.ndarray]:
 
     Args:
         inputs: (n, inputs), the drive
-        count: largest number of samples of each altered drive
     """
     for column in range(inputs.shape[1]):
         for factor in FACTORS:
@@ -158,7 +150,6 @@ def altered_inputs(inputs: np.ndarray, count: int) -> Iterator[np.ndarray]:
 
 
 FACTORS = (-1.0, 0.2, 4.0)  # Factors of the changed signal of an altered drive
-
 DISTURBED_EVERY = 1500  # Interval between two failures [samples]
 
 
@@ -181,11 +172,11 @@ def _failed(generator: np.random.Generator, given: np.ndarray, spread: float) ->
 STEPS = 10_000  # Steps of the test vectors of an export; with their outputs about 2 MB of text
 SPACING = 10  # Steps between two rows of expected outputs
 
+# Permitted difference as a share of an output's range: for double precision the effect of rounding in filters, for
+# single precision that of its 24-bit mantissa
 TOLERANCE: Annotated[dict[str, float], ""] = {"double": 1e-6, "single": 1e-2}
-"""Permitted difference as a share of an output's range: for double precision the effect of rounding in filters, for
-single precision that of its 24-bit mantissa."""
+# Share of rows that may exceed the tolerance; in single precision a decision may fall a few steps earlier or later
 ROWS_BEYOND: Annotated[dict[str, float], ""] = {"double": 0.0, "single": 0.005}
-"""Share of rows that may exceed the tolerance; in single precision a decision may fall a few steps earlier or later."""
 
 
 @dataclass(frozen=True)
@@ -228,7 +219,6 @@ def tolerances(face: Interface, vectors: Vectors) -> list[float]:
 
 
 def input_table(subject: Subject, vectors: Vectors) -> str:
-    """Inputs as CSV text."""
     rows = (",".join(_written(value, 9) for value in row) for row in vectors.inputs.tolist())
     return "\n".join([",".join(subject.graph.sample), *rows]) + "\n"
 

@@ -28,9 +28,6 @@ def write_html(diagnosis: Diagnosis, path: str | Path) -> Path:
 
     Args:
         path: of the page; an existing file is replaced
-
-    Raises:
-        OutputError: the page cannot be written
     """
     from tierod.core.files import write_text
     from tierod.report.diagnosis import render
@@ -39,11 +36,7 @@ def write_html(diagnosis: Diagnosis, path: str | Path) -> Path:
 
 
 def to_json(diagnosis: Diagnosis, series: bool = False) -> str:
-    """One JSON document; the schema is in docs/reference/json.md.
-
-    Args:
-        series: whether traces, histograms and hysteresis views are included
-    """
+    """One JSON document; the schema is in docs/reference/json.md."""
     from tierod.report.document import document
 
     return document(diagnosis, series)

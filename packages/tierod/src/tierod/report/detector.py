@@ -18,17 +18,14 @@ from tierod.report.display import duration, number
 from tierod.report.html import Analysis
 
 LIKELIHOOD_RATIO = "likelihood-ratio"  # Rule whose run length can only be measured
-
 ALL_RULES = (*RULES, LIKELIHOOD_RATIO)  # Names of all rules, as given by the user
 
+# Number of simulated white residuals, used where a rule must be measured and no residuals are given
 SIMULATED = 2_000_000
-"""Number of simulated white residuals, used where a rule must be measured and no residuals are given."""
 
 
 @dataclass(frozen=True)
 class Measured:
-    """Residuals on which a threshold is measured."""
-
     records: Sequence[np.ndarray]  # (n,) per recording [unit of the residual]; NaN where missing
     label: str
     simulated: bool = False
@@ -47,7 +44,6 @@ def drawn(deviation: float, seed: int = 0) -> Measured:
 
 
 def of_white(wish: Wish, rule: str | None = None) -> Analysis:
-    """Calculated thresholds for white residuals."""
     change = wish.shift / wish.deviation
     found = {name: designed(name, change, wish.samples, wish.sides) for name in ([rule] if rule else RULES)}
     best = min(found.values(), key=lambda each: each.delay)
@@ -120,8 +116,6 @@ def _chosen(rule: str, wish: Wish) -> StoppingRule:
 
 @dataclass(frozen=True)
 class Wish:
-    """Requirements on a detector."""
-
     deviation: Annotated[float, "unit of the signal"]  # standard deviation of the residual [its unit]
     shift: Annotated[float, "unit of the signal"]  # smallest shift to be detected [same unit]
     interval: Annotated[float, "s"]  # mean time between false alarms [s]
@@ -200,7 +194,6 @@ def measurement(wish: Wish, found: MeasuredDesign, delays: Sequence[float]) -> l
 
 
 def against_false_alarms(wish: Wish, found: Mapping[str, Designed]) -> Chart:
-    """Mean delay of the rules against the time between false alarms, up to the required one."""
     change = wish.shift / wish.deviation * (-1.0 if wish.sides == "lower" else 1.0)
     marks = []
     for name, each in found.items():
@@ -228,7 +221,6 @@ def against_false_alarms(wish: Wish, found: Mapping[str, Designed]) -> Chart:
 
 
 def against_shift(wish: Wish, found: Mapping[str, Designed]) -> Chart:
-    """Mean delay of the rules against the size of the shift."""
     scales = np.geomspace(0.25, 4.0, 13)
     marks = [
         Lines(
@@ -257,7 +249,6 @@ def against_shift(wish: Wish, found: Mapping[str, Designed]) -> Chart:
 
 
 def _drawable(values: Sequence[float]) -> list[float]:
-    """Delays with those beyond a month removed from the chart."""
     return [value if value < 2.6e6 else math.nan for value in values]
 
 

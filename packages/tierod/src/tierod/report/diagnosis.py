@@ -29,7 +29,6 @@ LATEST = 2.5e11  # Latest plausible calendar time [s since 1970]; later ones are
 
 
 def render(diagnosis: Diagnosis) -> str:
-    """HTML page of a diagnosis."""
     name = str(diagnosis.recording.get("name") or Path(str(diagnosis.recording.get("path", "recording"))).name)
     car = diagnosis.vehicle.get("name")
     return page(
@@ -77,7 +76,6 @@ def items(diagnosis: Diagnosis) -> Parts:
 
 
 def shown_items(diagnosis: Diagnosis) -> Parts:
-    """The items that a terminal shows."""
     yield from verdicts(diagnosis)
     yield from elements(diagnosis, narrow=True)
     yield from effects(diagnosis)
@@ -161,7 +159,6 @@ def element_rows(element: Element) -> list[tuple[str, ...]]:
 
 
 def _none(element: Element) -> str:
-    """Why it was not judged, or from which size on it has no fault."""
     if element.smallest is None:
         return element.cause
     what = "offset" if element.role == "sensor" else "loss of torque"
@@ -211,7 +208,6 @@ def _effect(each: ParameterEffect) -> str:
 
 
 def remarks(diagnosis: Diagnosis) -> Iterator[Item]:
-    """Remarks on the data that no finding warns of already."""
     warned = {warning for finding in diagnosis.findings for warning in finding.warnings}
     found = [(row.name, remark) for row in diagnosis.quality for remark in row.remarks]
     if rows := tuple((words(name), remark) for name, remark in found if f"{name}: {remark}" not in warned):
@@ -270,7 +266,6 @@ def _parameter(name: str, value: float, unit: str, spread: float | None, source:
 
 
 def _origin(diagnosis: Diagnosis) -> Iterator[Item]:
-    """Recording and vehicle, with all metadata."""
     if recording := _facts(diagnosis.recording):
         yield Facts(recording, "Recording")
     nested = [row for key, value in diagnosis.recording.items() if _is_nested(value) for row in _flat(key, value)]

@@ -11,6 +11,7 @@ from tierod.core.shown import shown
 
 _CAPITALS = {"nis", "nees", "eps", "can", "rms", "dbc", "csv", "mf4"}
 
+# Suffixes of a figure's name that give its unit, longer ones first
 _ENDINGS = {
     "nms_per_rad": "N*m*s/rad",
     "nm_per_rad": "N*m/rad",
@@ -23,7 +24,6 @@ _ENDINGS = {
     "n": "N",
     "m": "m",
 }
-"""Suffixes of a figure's name that give its unit, longer ones first."""
 
 INTERVAL = 1.96  # Half width of the 95 % interval of a normal distribution [standard deviations]
 

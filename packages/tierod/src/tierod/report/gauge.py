@@ -67,7 +67,6 @@ def _line(x1: float, y1: float, x2: float, y2: float, colour: str, width: float)
 
 
 def _mark(x: float, text: str, colour: str, row: int, line: float) -> str:
-    """Tick of a level with its label."""
     reach = line - 14.0 - _ROW * (row - 1) if row > 0 else line + 14.0 - _ROW * (row + 1)
     y, half = reach + (-8.0 if row > 0 else 20.0), 0.5 * _LETTER * len(text)
     anchor = "start" if x < half else "end" if x > _WIDTH - half else "middle"

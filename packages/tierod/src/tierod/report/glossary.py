@@ -130,7 +130,6 @@ class Glossary:
         return self._word((words(status), status.meaning), status)
 
     def chart(self, figure: Figure) -> Any:
-        """Link to the explanation of how to read a chart."""
         reading = " ".join(filter(None, (figure.caption, figure.reading, TIMED if figure.timed else UNTIMED)))
         looks = f'class="term info" aria-label="How to read: {_attribute(figure.title)}"'
         return self._linked(f"read-{figure.name}", (figure.title, reading), looks, "i")
@@ -155,7 +154,6 @@ def explanation(text: str) -> tuple[str, str] | None:
 
 @cache
 def _known() -> dict[str, tuple[str, str]]:
-    """All explanations, by their lower-case names."""
     found = {}
     for quantity in QUANTITIES.values():
         meaning = quantity.meaning[:1].upper() + quantity.meaning[1:]

@@ -26,22 +26,20 @@ from tierod.report.glossary import Glossary
 
 TEMPLATES = Path(__file__).parent / "templates"
 
+# Scripts of a page with charts; a page without charts has only the first one
 SCRIPTS = ("tips.js", "series.js", "csv.js", "report.js")
-"""Scripts of a page with charts; a page without charts has only the first one."""
 
 SHORTEST = 3  # Number of sections from which on a page has a table of contents
-
 UNFOLDED = 8  # Number of charts of a page that are open at first; each further one is folded under its title
-
 LIBRARY = "plotly-cartesian.min.js.gz"  # Part of plotly.js for two-dimensional charts, a third of the whole library
 
+# Characters available for all series of a page, which keeps the page with its charting library below 2 MB
 BUDGET = 900_000
-"""Characters available for all series of a page, which keeps the page with its charting library below 2 MB."""
 
 LEAST = 2000  # Smallest number of bins of a series, as many as a chart of the whole recording draws
 
+# Bits per value: recorded signals are noise below 1/4000 of their range, estimates settle within a small part
 RECORDED, COMPUTED = 12, 16
-"""Bits per value: recorded signals are noise below 1/4000 of their range, estimates settle within a small part."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +72,6 @@ def page(
     traces: Mapping[str, Trace] | None = None,
     came: Sequence[Item] = (),
 ) -> str:
-    """HTML text of a page."""
     found = _sections(items)
     drawn = [figure for figure, _ in _charts(found)]
     marks = (mark for figure in drawn for mark in figure.data)
@@ -153,8 +150,6 @@ def _part(item: Item | Figure) -> tuple[str, Any] | None:
 
 
 def _charts(sections: Sequence[_Section]) -> list[tuple[Figure, bool]]:
-    """All figures, and whether each is inside a fold."""
-
     def of(parts: Sequence[tuple[str, Any]], inside: bool) -> Iterator[tuple[Figure, bool]]:
         for kind, part in parts:
             if kind == "chart":
@@ -194,7 +189,6 @@ def _read(*names: str) -> str:
 
 
 def _chart_script(figure: Figure, packed: Collection[str]) -> str:
-    """JSON of a chart for the script of the page, without the points that it draws from packed series."""
     data = [
         _without_points(mark) if drawn_from(mark) and drawn_from(mark) <= set(packed) else mark for mark in figure.data
     ]

@@ -12,11 +12,7 @@ from tierod.core.content import Cells, Chart, Heading, Item, Panel, Table
 from tierod.methods.analysis.structure import Isolability, SensorGain, gain_of_sensors, isolability
 from tierod.monitors.condition.courses import listed
 from tierod.monitors.condition.signals import MOTORS
-from tierod.monitors.condition.structure import (
-    further_sensors,
-    rolls,
-    vehicle_structure,
-)
+from tierod.monitors.condition.structure import further_sensors, rolls, vehicle_structure
 from tierod.report.display import words
 from tierod.report.html import Analysis
 from tierod.vehicles import Vehicle, load
@@ -24,20 +20,12 @@ from tierod.vehicles import Vehicle, load
 WITH_FORCES = "forces of tyres and tie rods as the model has them"
 WITHOUT_FORCES = "forces of tyres and tie rods unknown"
 AS_STEERED = "the car turning as it is steered"
+# Names of the views, for a vehicle with known torques and for one without: tyre forces known, or arbitrary
 ANYHOW = "the car turning anyhow"
-"""Names of the views, for a vehicle with known torques and for one without: tyre forces known, or arbitrary."""
 
 
 def analyse(vehicle: Vehicle | str | Path = "smartload", without: Collection[str] = ()) -> Analysis:
-    """Detectable and isolable faults of a vehicle's sensors and actuators, and what one more sensor would add.
-
-    Args:
-        vehicle: parameter set, its name, or the path of its file, with the parameters of `AutomatedVehicle` or
-            those of `RollingCar`
-
-    Raises:
-        ParameterError: parameters are missing, or a sensor does not exist
-    """
+    """Detectable and isolable faults of a vehicle's sensors and actuators, and what one more sensor would add."""
     vehicle = vehicle if isinstance(vehicle, Vehicle) else load(vehicle)
     known, view = (AS_STEERED, ANYHOW) if rolls(vehicle) else (WITH_FORCES, WITHOUT_FORCES)
     poorer = vehicle_structure(vehicle, without, forces_known=False)
@@ -57,11 +45,7 @@ def analyse(vehicle: Vehicle | str | Path = "smartload", without: Collection[str
         "further_sensors": [_gain_document(gain) for gain in gains],
     }
     return Analysis(
-        f"Isolability of {vehicle.name}",
-        _summary(views, gains),
-        items,
-        document,
-        _remarks(views[known].faults),
+        f"Isolability of {vehicle.name}", _summary(views, gains), items, document, _remarks(views[known].faults)
     )
 
 

@@ -21,14 +21,7 @@ CHARTS = ("estimate", "hysteresis", "stretches", "consistency", "drive")
 
 
 def plot(diagnosis: Diagnosis, chart: str = "estimate") -> plotly.graph_objects.Figure:
-    """One chart of the report as a plotly figure.
-
-    Args:
-        chart: "estimate" over time, "hysteresis", "stretches" (histograms), "consistency" or "drive" (the signals)
-
-    Raises:
-        InputError: the chart does not exist, or the diagnosis has no data for it
-    """
+    """One chart of the report as a plotly figure."""
     import plotly.graph_objects
 
     if chart not in CHARTS:
@@ -40,7 +33,6 @@ def plot(diagnosis: Diagnosis, chart: str = "estimate") -> plotly.graph_objects.
 
 
 def _coloured(value: Any) -> Any:
-    """Description of a chart with CSS variables replaced by the colours of the light theme."""
     if isinstance(value, str):
         return _colours().get(value, value)
     if isinstance(value, dict):

@@ -111,8 +111,6 @@ def _parts(diagnosis: Diagnosis, recording: str, suffix: str) -> Iterator[Item |
 
 
 def _apart(figure: Figure, suffix: str) -> Figure:
-    """A chart with a unique name, drawn from uniquely named series."""
-
     def own(meta: Mapping[str, Any]) -> dict[str, Any]:
         names = {key: f"{suffix}/{meta[key]}" for key in ("series", "deviation") if key in meta}
         rows = {"rows": [f"{suffix}/{name}" for name in meta["rows"]]} if "rows" in meta else {}
@@ -123,7 +121,6 @@ def _apart(figure: Figure, suffix: str) -> Figure:
 
 
 def to_json(judged: Sequence[Judged], origin: Origin) -> str:
-    """JSON document with the diagnoses of every recording and the monitors that did not run."""
     status = status_of(judged)
     content = {
         "schema": SCHEMA,

@@ -130,12 +130,7 @@ _CATALOGUE = (
         "relative standard deviation of the gain that driver_torque and motor_torque share; 0.08 without an entry",
         (0.0, 0.3),
     ),
-    Quantity(
-        "baseline_variance",
-        "N**2*m**2",
-        "variance of self-aligning torques that means a fault",
-        (1.0, 1e7),
-    ),
+    Quantity("baseline_variance", "N**2*m**2", "variance of self-aligning torques that means a fault", (1.0, 1e7)),
     Quantity("rear_relaxation_ratio", "", "relaxation length of the rear axle over that of the front", (0.1, 10.0)),
     Quantity(
         "front_load_transfer", "", "load transferred to the outer front wheel per lateral force of the axle", (0.0, 1.0)
@@ -172,5 +167,5 @@ _CATALOGUE = (
     Quantity("drive_lag", "s", "time constant of a drive's torque behind its target", (0.0, 1.0)),
 )
 
+# All parameters that a vehicle file may contain, by name
 QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in _CATALOGUE}
-"""All parameters that a vehicle file may contain, by name."""

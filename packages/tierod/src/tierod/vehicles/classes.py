@@ -87,7 +87,6 @@ def _rule(name: str, table: Mapping[str, Any]) -> Rule:
 
 
 def class_of(vehicle: Vehicle) -> str:
-    """Class of a vehicle: by name for a shipped one, else the nearest by mass, wheelbase and tyre friction."""
     if vehicle.path.parent == SHIPPED and vehicle.name in _content()["shipped"]:
         return str(_content()["shipped"][vehicle.name])
     known = {name: vehicle[name] for name in ("mass", "tyre_friction") if name in vehicle}
@@ -119,7 +118,6 @@ def typical(of: str, known: Mapping[str, Known] | None = None) -> dict[str, Para
 
 
 def _with_geometry(known: dict[str, Known]) -> dict[str, Known]:
-    """Known values with wheelbase and front share added from given axle distances."""
     front, rear, whole = (known.get(name) for name in ("front_distance", "rear_distance", "wheelbase"))
     if front and rear:
         known["wheelbase"] = Known(front.value + rear.value)
@@ -132,8 +130,6 @@ def _with_geometry(known: dict[str, Known]) -> dict[str, Known]:
 
 @dataclass
 class _Typical:
-    """Lazily computed values of a class."""
-
     kind: str
     known: Mapping[str, Known]
     found: dict[str, Known] = field(default_factory=dict)

@@ -20,17 +20,16 @@ _VALUE = re.compile(
     rf"(?:\s*(?:\+-|\+/-|±)\s*(?P<spread>{_NUMBER})\s*(?:(?P<share>%)|(?P<after>{_UNIT}))?)?\s*"
 )
 
+# Quantities of data sheets that a vehicle file expresses as axle distances: unit and plausible range
 GEOMETRY: dict[str, tuple[str, tuple[float, float]]] = {
     "wheelbase": ("m", (0.8, 10.0)),
     "front_share": ("", (0.2, 0.8)),
 }
-"""Quantities of data sheets that a vehicle file expresses as axle distances: unit and plausible range."""
 
 EXAMPLE = 'mass=1480, mass=1480+-20, mass="1.48 t +- 3 %" or steering_ratio=1/15.5'
 
 
 def known_from(assignments: Iterable[str]) -> dict[str, Known]:
-    """Values by name, in SI units."""
     found: dict[str, Known] = {}
     for text in assignments:
         name, sign, value = (part.strip() for part in text.partition("="))
@@ -78,7 +77,6 @@ def _known(name: str, text: str) -> Known:
 
 
 def _written_instead(name: str, text: str) -> str:
-    """Advice on how to write a number that could not be read."""
     if ratio := re.fullmatch(rf"({_NUMBER})\s*:\s*({_NUMBER})", text):
         return f"write a ratio as {name}={ratio[1]}/{ratio[2]}"
     if re.search(r"\d[,']\d", text):
@@ -130,8 +128,8 @@ def _require_one_geometry(known: dict[str, Known]) -> None:
         )
 
 
+# Relative standard deviation of a value without a class rule, taken from a similar car or given without one
 UNKNOWN = 0.3
-"""Relative standard deviation of a value without a class rule, taken from a similar car or given without one."""
 
 
 def begun(
@@ -205,7 +203,6 @@ def text_of(
     counts: bool = False,
     database: str | None = None,
 ) -> str:
-    """Text of a vehicle file."""
     if counts:
         parameters = [each for each in parameters if not QUANTITIES[each.name].torque]
     basis = f"the class {kind}" if like is None else f"a car like {like}"

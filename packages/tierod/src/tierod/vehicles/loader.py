@@ -16,13 +16,11 @@ from tierod.core.user_files import read_text, toml
 from tierod.vehicles.catalogue import QUANTITIES, Quantity
 from tierod.vehicles.vehicle import SHIPPED, Parameter, Vehicle
 
+# Vehicle files shipped with tierod, and those of installed packages
 VEHICLES = FileRegistry("tierod.vehicles", "vehicle", SHIPPED)
-"""Vehicle files shipped with tierod, and those of installed packages."""
 
 
 class _Filled(Range):
-    """Range of texts that are not empty."""
-
     def holds(self, value: object) -> bool:
         return bool(str(value).strip())
 
@@ -54,8 +52,6 @@ class ChannelsEntry:
 
 @dataclass(frozen=True)
 class VehicleFile:
-    """The whole vehicle file."""
-
     name: Text
     description: Text
     source: Text
@@ -74,14 +70,7 @@ def shipped() -> tuple[str, ...]:
 
 
 def load(name_or_path: str | Path) -> Vehicle:
-    """Load a vehicle by its name or from a file.
-
-    Args:
-        name_or_path: name in `VEHICLES`, or path of a vehicle file (.toml)
-
-    Raises:
-        ParameterError: the vehicle does not exist or its file is invalid; the message names the line and nearest names
-    """
+    """Load a vehicle by its name or from a file."""
     path = VEHICLES.find(str(name_or_path))
     text = read_text(path, "the vehicle file", ParameterError, "give a TOML file")
     content = toml(text, path, ParameterError, "'tierod vehicles midsize-eps --toml' prints a whole one")
@@ -139,7 +128,6 @@ def _check(quantity: Quantity, value: float, unit: str, document: Document) -> N
 
 
 def _beside(key: str, name: str | None, document: Document) -> Path | None:
-    """Path of a file named in the vehicle file: in its folder, or a shipped file of that name."""
     if name is None:
         return None
     # A vehicle file written with a path and then moved has the named file in its own folder.

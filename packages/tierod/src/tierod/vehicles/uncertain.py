@@ -11,24 +11,23 @@ from tierod.vehicles.catalogue import QUANTITIES
 from tierod.vehicles.classes import class_of, typical_spread
 from tierod.vehicles.vehicle import Parameter, Vehicle
 
+# Relative standard deviation above which a positive quantity is varied by factors: with symmetric differences, four
+# standard deviations would reach zero
 LARGE = 0.25
-"""Relative standard deviation above which a positive quantity is varied by factors: with symmetric differences, four
-standard deviations would reach zero."""
 
+# Suffixes of parameters that describe the uncertainty of a filter or sensor; they define the band and do not vary
 OWN_MODEL = ("_noise", "_drift", "_wander", "_wander_time", "_resolution", "_gain_deviation")
-"""Suffixes of parameters that describe the uncertainty of a filter or sensor; they define the band and do not vary."""
 
+# Limits to which an estimate is compared: chosen values, or values whose spread the monitor itself includes
 LIMITS = frozenset(
     ("nominal_friction", "rising_friction", "fault_friction", "noticeable_friction", "baseline_variance")
 )
-"""Limits to which an estimate is compared: chosen values, or values whose spread the monitor itself includes."""
 
 
+# With a well-known wheelbase the first distance is varied and the second one follows
 FREE, BOUND = "rear_distance", "front_distance"
-"""With a well-known wheelbase the first distance is varied and the second one follows."""
 
 SURER = 3.0  # Ratio of axle-distance to wheelbase standard deviation above which the wheelbase counts as well known
-
 FITTING = 0.02  # Largest relative difference between the wheelbase and the sum of the axle distances
 
 
@@ -84,11 +83,11 @@ def _moved(each: Parameter, by: float) -> float:
     return min(max(each.value + by * spread, low), high)
 
 
+# Parameter with the relative standard deviation of the gain that driver_torque and motor_torque share
 GAIN_DEVIATION = "torque_gain_deviation"
-"""Parameter with the relative standard deviation of the gain that driver_torque and motor_torque share."""
 
+# The same for a vehicle file without it: two torques of 10 % each, the motor with the larger share
 ASSUMED_GAIN_DEVIATION: Annotated[float, ""] = 0.08
-"""The same for a vehicle file without it: two torques of 10 % each, the motor with the larger share."""
 
 
 class GainDeviation(NamedTuple):
@@ -153,7 +152,6 @@ def held_deviation(vehicle: Vehicle, name: str) -> float:
 
 
 def with_spread(vehicle: Vehicle) -> tuple[Vehicle, tuple[str, ...]]:
-    """The vehicle with missing standard deviations taken from its class, and the names of these parameters."""
     of = class_of(vehicle)
     taken = {
         name: spread

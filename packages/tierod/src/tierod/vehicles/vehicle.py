@@ -18,8 +18,6 @@ SHIPPED = Path(__file__).parent  # Folder of the vehicle files shipped with tier
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter of a vehicle."""
-
     name: str
     value: float
     unit: str  # SI, in the notation of pint; "count" for a torque of an uncalibrated vehicle
@@ -59,14 +57,12 @@ class Vehicle:
 
     @property
     def facts(self) -> list[tuple[str, str]]:
-        """Name, description and source, for a page."""
         return [("vehicle", self.name), ("described as", self.description), ("source", self.source)]
 
     def __contains__(self, name: object) -> bool:
         return name in self.parameters
 
     def __getitem__(self, name: str) -> float:
-        """Value of a parameter in SI units."""
         if name in self.parameters:
             return self.parameters[name].value
         raise ParameterError(
@@ -106,7 +102,6 @@ class Vehicle:
         return self.screen().html()
 
     def rows(self) -> tuple[tuple[str, float, str, float | None, str], ...]:
-        """(name, value, unit, standard deviation, source) of every parameter, for a diagnosis."""
         return tuple((p.name, p.value, p.unit, p.standard_deviation, p.source) for p in self.parameters.values())
 
 

@@ -82,7 +82,6 @@ def _written(value: float | str) -> str:
 
 
 def _entry(name: str, change: Change, entry: Mapping[str, Any] | None) -> dict[str, str]:
-    """Keys of a parameter's table with their values as TOML text."""
     unit = QUANTITIES[name].unit
     written = unit if entry is None else str(entry["unit"])
     factor = 1.0 if written == unit else scale(written, unit).factor

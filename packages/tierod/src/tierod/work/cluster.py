@@ -49,7 +49,6 @@ class Cluster:
         self._client: Any = None
 
     def __enter__(self) -> Cluster:
-        """Connect, and check that the workers have the same tierod."""
         try:
             from distributed import Client
         except ImportError:
@@ -84,7 +83,6 @@ class Cluster:
         """Do nothing: the workers of a cluster already run."""
 
     def run(self, work: Callable[[Given], Result], tasks: Sequence[Given]) -> Iterator[tuple[int, Result | Failure]]:
-        """(number of the task, result or Failure) of every task, as in `Executor.run`."""
         waiting = iter(enumerate(tasks))
         open_: dict[Any, int] = {}
         ended: queue.SimpleQueue[Any] = queue.SimpleQueue()
@@ -162,8 +160,6 @@ class Cluster:
 
 
 class _Watch:
-    """Polls the state of the cluster."""
-
     def __init__(self, cluster: Cluster):
         self._cluster = cluster
         self._seen = time.monotonic()
@@ -195,7 +191,6 @@ class _Watch:
 
 
 def _about() -> dict[str, str]:
-    """Version of tierod in this process, and digest of its code."""
     return {"version": __version__, "code": installed_code()}
 
 

@@ -192,7 +192,6 @@ def _end_with_parent() -> None:
 
 
 def done(work: Callable[[Given], Result], task: Given) -> Result | Failure | OSError | OutputError:
-    """The result of a task, a Failure, or the error that ends the run."""
     try:
         return work(task)
     except (OSError, OutputError) as error:

@@ -35,11 +35,7 @@ class OperationCount:
 
 
 def operation_count(block: Block) -> OperationCount:
-    """The operations of one step of a block, equal ones counted once.
-
-    Raises:
-        TraceError: the block cannot be traced
-    """
+    """The operations of one step of a block, equal ones counted once."""
     graph = trace(block)
     counts = _counts(graph)
     fused = sum(counts[name] for name in FUSED)
@@ -72,9 +68,6 @@ def graph_digest(*blocks: Block) -> str:
     """The SHA-256 of the operations and of the floats of blocks, in hexadecimal.
 
     A change of a threshold or of an equation changes it; a renamed or moved file, class or comment does not.
-
-    Raises:
-        TraceError: a block cannot be traced
     """
     digest = hashlib.sha256()
     for block in blocks:

@@ -16,8 +16,6 @@ from tierod.core.graph.trace import INTERFACE, Graph, straight_line
 
 @dataclass(frozen=True, eq=False)
 class BankGraph:
-    """One step of a bank: the straight line of a lane, run for every lane, then that of the judge."""
-
     name: str
     lane: Graph
     # graph of the judge, which takes the sample of the bank and the outputs of all lanes, and gives output, adopted
@@ -79,12 +77,7 @@ class BankGraph:
 
 
 def trace_bank(bank: Bank) -> BankGraph:
-    """The graph of a bank; where an earlier process has compiled it, its operations are traced only on demand.
-
-    Raises:
-        TraceError: the lanes differ in structure or hold delay lines, the judge does not answer for every lane, or one
-            of them cannot be traced
-    """
+    """The graph of a bank; where an earlier process has compiled it, its operations are traced only on demand."""
     entry = entry_of(structure(bank), type(bank).__name__)
     if entry is None:
         return _traced(bank)
@@ -182,13 +175,11 @@ class Bank:
     the bank, and may let lanes take over the state of others. Lanes that take over and are taken over in one sample
     exchange the states that they had after their own step. Compiled, eight lanes are stepped at once.
 
-    Args:
-        lanes: blocks that differ in their floats only; `step(state, sample)`, or `step(state, sample, feedback)` where
-            the judge gives feedback. No delay lines
-
     A bank is run by all drivers; it cannot stand inside another block.
     """
 
+    # blocks that differ in their floats only; `step(state, sample)`, or `step(state, sample, feedback)` where the
+    # judge gives feedback. No delay lines
     lanes: tuple[Any, ...]
     judge: Any
 
@@ -201,11 +192,7 @@ class Bank:
         return BankState(tuple(lane.init() for lane in self.lanes), self.judge.init(), self.judge.feedback())
 
     def step(self, state: BankState, sample: Tree) -> tuple[BankState, Tree]:
-        """Advance by one sample, in plain numbers.
-
-        Raises:
-            TraceError: the sample holds symbols, that is, the bank stands inside another block
-        """
+        """Advance by one sample, in plain numbers."""
         if any(is_symbol(leaf) for leaf in values_of(sample)):
             raise TraceError("a Bank cannot be inside another block; run the blocks before and after it separately")
         said = [state.feedback] if any(leaves(state.feedback)) else []

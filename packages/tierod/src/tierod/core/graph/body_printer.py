@@ -6,8 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from tierod.core.graph.c_functions import OWN
-from tierod.core.graph.c_reals import FUSED
+from tierod.core.graph.c_functions import FUSED, OWN
 from tierod.core.graph.operations import (
     LOGICAL,
     NEXT_STATE,
@@ -78,12 +77,10 @@ class LinePrinter:
         return "".join(lines)
 
     def names(self, places: Places) -> dict[int, str]:
-        """Names of all values in C."""
         named = {value: f"v{value}" for value in range(len(self.program.operations))}
         return named | {value: places.carried(slot) for value, slot in self.carried.items()}
 
     def statement(self, index: int, named: dict[int, str], places: Places, notes: dict[int, str], indent: str) -> str:
-        """C line that computes one value."""
         operation = self.program.operations[index]
         if operation.name == "input":
             group, position = operation.constant
@@ -157,15 +154,12 @@ class BranchingPrinter(LinePrinter):
     """Prints a step that runs alone and need not vectorise; its numbers equal those of `LinePrinter` to the last bit.
 
     Args:
-        gathered: gives C of one of several inputs from their positions in the sample and C of the number that picks;
-            None where their positions do not allow that
+        gathered: gives C of one of several inputs from their positions in the sample and C of the number that
+            picks; None where their positions do not allow that
     """
 
     def __init__(
-        self,
-        graph: Graph,
-        operations: Program,
-        gathered: Callable[[Sequence[int], str], str | None] | None = None,
+        self, graph: Graph, operations: Program, gathered: Callable[[Sequence[int], str], str | None] | None = None
     ):
         super().__init__(graph, with_picks(operations))
         self._whole = truths_of(self.program)
@@ -185,7 +179,6 @@ class BranchingPrinter(LinePrinter):
         return found
 
     def _gathered_alone(self) -> frozenset[int]:
-        """Inputs that only such picks use."""
         operations = self.program.operations
         gathered = {each for index in self._gathers for each in operations[index].arguments[1:]}
         others = {
@@ -234,7 +227,6 @@ class BranchingPrinter(LinePrinter):
         return "int" if index in self._whole else "real"
 
     def statement(self, index: int, named: dict[int, str], places: Places, notes: dict[int, str], indent: str) -> str:
-        """C that computes one value."""
         operation = self.program.operations[index]
         if operation.name == "pick":
             return self._picked(index, named, indent)
@@ -276,7 +268,6 @@ class BranchingPrinter(LinePrinter):
         return f"(real){name}" if index in self._whole else name
 
     def _truth(self, index: int, named: dict[int, str]) -> str:
-        """C of a value as 0 or 1."""
         constant = self.program.operations[index]
         if constant.name == "constant":
             return "1" if constant.constant != 0.0 else "0"

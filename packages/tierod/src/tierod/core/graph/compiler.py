@@ -25,11 +25,6 @@ _SERIAL = itertools.count(1)
 
 
 def loaded(code: bytes, name: str) -> ctypes.PyDLL:
-    """The library of these bytes.
-
-    Raises:
-        OSError: it is no library, or one for another machine
-    """
     if hasattr(os, "memfd_create"):
         # It fails without /proc, or where files in memory must not be executed; then the file below is used.
         with contextlib.suppress(OSError):
@@ -53,39 +48,39 @@ def _from_memory(code: bytes, name: str) -> ctypes.PyDLL:
         os.close(handle)
 
 
+# Never -ffast-math: it breaks NaN and, once loaded, flushes denormals in the whole process
 FLAGS = ("-std=c99", "-O3", "-fPIC", "-shared", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=off")
-"""Never -ffast-math: it breaks NaN and, once loaded, flushes denormals in the whole process."""
 
 NATIVE = ("-march=native", "-mprefer-vector-width=512")
 
+# GCC's instruction order for long straight lines in vector registers, which saves about 6 % of a lane's time; and
+# selections among many values without a branch, else a loop over lanes with many decisions does not vectorise
 TUNED = (
     *("-fschedule-insns", "-fsched-pressure", "-fira-loop-pressure"),
     "--param=max-tree-if-conversion-phi-args=1000",
 )
-"""GCC's instruction order for long straight lines in vector registers, which saves about 6 % of a lane's time; and
-selections among many values without a branch, else a loop over lanes with many decisions does not vectorise."""
 
+# Optimisations that are turned off: a graph has no repeated expression and no loop to split, and to search for them
+# takes a third of a compilation. Loops over lanes, which GCC would split, run up to a fifth faster without them. Large
+# functions get the allocator of registers without a table of conflicts: it takes a sixth to a third less time to
+# compile them, and their code is as fast.
 LEAN = (
     *("-fno-tree-pre", "-fno-code-hoisting", "-fno-gcse", "-fno-gcse-after-reload"),
     *("-fno-tree-loop-distribution", "-fno-tree-loop-distribute-patterns", "-fno-loop-unroll-and-jam"),
     "--param=ira-max-conflict-table-size=2",
 )
-"""Optimisations that are turned off: a graph has no repeated expression and no loop to split, and to search for them
-takes a third of a compilation. Loops over lanes, which GCC would split, run up to a fifth faster without them. Large
-functions get the allocator of registers without a table of conflicts: it takes a sixth to a third less time to compile
-them, and their code is as fast."""
 
 X86 = platform.machine() in ("x86_64", "AMD64")
 
 _FEW = "-mtune-ctrl=use_gather_4parts"
 
+# Names in GCC 12 and in GCC 13 for vector look-ups in a table (gather), of four numbers and of more. On AMD processors
+# and on x86 processors that it does not recognise, GCC does not use them by itself. Lanes with a sine, which looks up
+# digits of pi for large angles, are then not vectorised and take two to four times as long.
 GATHERED = (f"{_FEW},use_gather", f"{_FEW},use_gather_8parts") if X86 else ()
-"""Names in GCC 12 and in GCC 13 for vector look-ups in a table (gather), of four numbers and of more. On AMD processors
-and on x86 processors that it does not recognise, GCC does not use them by itself. Lanes with a sine, which looks up
-digits of pi for large angles, are then not vectorised and take two to four times as long."""
 
+# Longest time of one compilation [s]: ten times what the largest kernel takes on a slow machine
 LONGEST: Annotated[float, "s"] = 600.0
-"""Longest time of one compilation [s]: ten times what the largest kernel takes on a slow machine."""
 
 
 @cache
@@ -118,9 +113,6 @@ def load(source: str, name: str) -> ctypes.PyDLL:
     """The library of C source; it is compiled only where no cache holds it.
 
     PyDLL keeps the interpreter lock: a push takes less time than to release and acquire the lock.
-
-    Raises:
-        CompileError: there is no compiler, it refuses the source, or its product cannot be loaded
     """
     command = compiler()
     if command is None:
@@ -162,11 +154,7 @@ def keep(name: str, content: bytes) -> None:
 
 
 def kernel_name(command: tuple[str, ...], source: str, name: str) -> str:
-    """The name of a kernel in the cache, with a digest of all that its code depends on.
-
-    Args:
-        name: name of the block, the first part of the name
-    """
+    """The name of a kernel in the cache, with a digest of all that its code depends on."""
     parts = [*command, identity(command[0]), _machine(), *FLAGS, *NATIVE, *TUNED, *LEAN, *GATHERED, *_more(), source]
     key = hashlib.sha256("\0".join(parts).encode())
     return f"{name}-{key.hexdigest()[:24]}"
@@ -231,12 +219,6 @@ def _warn_once(troubles: list[str], where: str) -> None:
 
 
 def _compiled(command: tuple[str, ...], source: str, folder: Path) -> bytes:
-    """The code that the compiler makes from a source.
-
-    Raises:
-        CompileError: the compiler refuses the source or writes nothing
-        OSError: the folder cannot be written
-    """
     code, built = folder / "kernel.c", folder / "kernel.so"
     code.write_text(source, encoding="utf-8")
     # From the fastest code to the plainest: a compiler refuses options that it does not know.

@@ -14,7 +14,6 @@ def jacobian(function: Callable[[T], Tree], at: T) -> list[list[Scalar]]:
 
     Args:
         function: maps a tree of the shape of `at` to a tree; pure, written with tierod.core.graph.maths
-        at: the point: floats, or symbols of a running trace
 
     Returns:
         rows by output leaf, columns by input leaf; structural zeros and constants come back as floats,

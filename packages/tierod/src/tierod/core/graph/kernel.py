@@ -20,8 +20,8 @@ from tierod.core.graph.printer import LANES, TILE_STEPS, prefix, print_c, print_
 from tierod.core.graph.state import grouped, ungrouped
 from tierod.core.graph.trace import Graph, Interface, trace
 
+# Samples per call of the unrolled map: enough that the cost of a call is negligible, few enough to build it fast
 BLOCK = 1000
-"""Samples per call of the unrolled map: enough that the cost of a call is negligible, few enough to build it fast."""
 
 
 class VirtualMachine:
@@ -234,12 +234,8 @@ def kernel(block: Block, engine: Engine = "auto") -> Kernel:
     """Kernel that runs a block.
 
     Args:
-        engine: "compiled", "virtual machine", or "auto": compiled where there is a compiler; the environment variable
-            TIEROD_ENGINE decides for "auto"
-
-    Raises:
-        CompileError: "compiled" was requested and the block cannot be compiled
-        TraceError: the block cannot be traced
+        engine: "compiled", "virtual machine", or "auto": compiled where there is a compiler; the environment
+            variable TIEROD_ENGINE decides for "auto"
     """
     if not is_interpreted(engine):
         try:
@@ -250,11 +246,7 @@ def kernel(block: Block, engine: Engine = "auto") -> Kernel:
 
 
 def lane_kernel(blocks: list[Block]) -> LaneKernel | None:
-    """Kernel that runs many blocks of one structure side by side; None where each has to run alone.
-
-    Raises:
-        CompileError: TIEROD_ENGINE requests "compiled" and the blocks cannot be compiled
-    """
+    """Kernel that runs many blocks of one structure side by side; None where each has to run alone."""
     if is_interpreted() or isinstance(trace(blocks[0]), BankGraph):
         return None
     try:
@@ -277,17 +269,12 @@ def _warn_interpreted(error: CompileError, engine: str) -> None:
 
 
 def is_interpreted(engine: str = "auto") -> bool:
-    """Whether blocks run on the virtual machine with this engine.
-
-    Raises:
-        ParameterError: there is no such engine
-    """
+    """Whether blocks run on the virtual machine with this engine."""
     chosen = _chosen(engine)
     return chosen == "virtual machine" or (chosen == "auto" and compiler() is None)
 
 
 def _chosen(engine: str) -> str:
-    """The engine, where the environment variable TIEROD_ENGINE decides for "auto"."""
     if engine == "auto":
         engine = os.environ.get("TIEROD_ENGINE", "auto")
     if engine not in ("auto", "compiled", "virtual machine"):

@@ -34,8 +34,6 @@ _BUILD = "build-"
 
 @dataclass(frozen=True)
 class Bounds:
-    """Bounds on the contents of a cache."""
-
     # size of all kernels [B]; a thousand of the usual 70 kB and the largest of 2 MB fit
     bytes: Annotated[int, "B"] = 256 * 1024**2
     count: Annotated[int, ""] = 4096  # number of kernels [-]; the whole test suite makes about a thousand
@@ -52,8 +50,6 @@ class Bounds:
 
 @dataclass(frozen=True)
 class KernelCache:
-    """A folder of kernels."""
-
     folder: Path  # created where it is absent; it need not be usable
     bounds: Bounds = field(default_factory=Bounds)
 
@@ -86,11 +82,7 @@ class KernelCache:
             os.close(place)
 
     def keep(self, name: str, code: bytes) -> None:
-        """Write a kernel, completely or not at all, and remove kernels beyond the bounds.
-
-        Raises:
-            OutputError: it cannot be written
-        """
+        """Write a kernel, completely or not at all, and remove kernels beyond the bounds."""
         target = self.folder / f"{name}.kernel"
         if target.is_dir() and not target.is_symlink():
             raise OutputError(f"there is a folder {target} where a compiled kernel belongs; remove it")
@@ -109,11 +101,7 @@ class KernelCache:
 
     @contextmanager
     def building(self, name: str) -> Iterator[Path]:
-        """An empty folder to compile a kernel in, removed afterwards; one process at a time compiles a kernel.
-
-        Raises:
-            OutputError: the cache cannot be used, or another process did not end; the message states cause and remedy
-        """
+        """An empty folder to compile a kernel in, removed afterwards; one process at a time compiles a kernel."""
         build = self.folder / f"{_BUILD}{name}"
         try:
             self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -193,11 +181,7 @@ class NoCache:
 
     @contextmanager
     def building(self, name: str) -> Iterator[Path]:
-        """An empty folder to compile a kernel in.
-
-        Raises:
-            OutputError: there is no temporary folder either
-        """
+        """An empty folder to compile a kernel in."""
         try:
             with tempfile.TemporaryDirectory(prefix="tierod-") as folder:
                 yield Path(folder)
@@ -232,7 +216,6 @@ def _read(place: int, name: str) -> tuple[bytes, bytes]:
 
 
 def _digest(name: str, code: bytes) -> bytes:
-    """Digest of name and code, so that a kernel under the name of another one is not accepted."""
     digest = hashlib.sha256(name.encode() + b"\0")
     digest.update(code)
     return digest.digest()

@@ -27,19 +27,15 @@ from tierod.core.graph import compiler
 PACKAGE = Path(__file__).resolve().parents[2]
 BLOCKS = ("core", "physics", "models", "methods", "monitors", "diagnosis")  # Packages whose blocks have entries
 
+# Packages whose sources determine what a block computes: these, and those that they import
 SOURCES = (*BLOCKS, "io", "vehicles")
-"""Packages whose sources determine what a block computes: these, and those that they import."""
 
 
 class _Foreign(Exception): ...
 
 
 def entry_of(structure: object, name: str) -> str | None:
-    """Name of the entry of a graph; None for a block without one, where nothing is compiled, or entries are not used.
-
-    Args:
-        structure: structure of the block, see `tierod.core.block.structure`
-    """
+    """Name of the entry of a graph; None for a block without one, or where entries are not used."""
     command = compiler.compiler()
     if command is None or os.environ.get("TIEROD_GRAPHS") != "known":
         return None

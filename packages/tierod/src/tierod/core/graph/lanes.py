@@ -14,8 +14,8 @@ from tierod.core.graph.printer import LANES
 from tierod.core.graph.runtime import Memory, Result, Samples, Scanner, columns_of, memory_of
 from tierod.core.graph.trace import trace
 
+# Smallest number of vehicles for lanes: used or not, all lanes together cost as much as two or three single runs
 FEWEST = 3
-"""Smallest number of vehicles for lanes: used or not, all lanes together cost as much as two or three single runs."""
 
 
 def batch(
@@ -32,9 +32,6 @@ def batch(
 
     Returns:
         one result per vehicle, equal to that of `scan` to the last bit
-
-    Raises:
-        InputError: counts differ, or blocks of different structure are mixed
     """
     count = len(recordings)
     every = list(blocks) if isinstance(blocks, Sequence) else [blocks] * count
@@ -66,12 +63,8 @@ class SideBySide:
         """Run blocks over their next pieces.
 
         Args:
-            blocks: blocks of one structure, `LANES` at the most
             recordings: one set of samples per block; lengths may differ
             states: one per block to continue from; its own initial state if None
-
-        Raises:
-            TraceError: a block cannot be traced
         """
         key = tuple(map(id, blocks))
         if key not in self._ready:

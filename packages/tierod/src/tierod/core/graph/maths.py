@@ -18,8 +18,8 @@ from tierod.core.block import Scalar, T, Truth, rebuild, values_of
 
 Array: TypeAlias = NDArray[np.float64]
 
+# A scalar, or an array of them: for formulas that serve blocks and whole recordings alike
 Number = TypeVar("Number", Scalar, Array, default=Scalar)
-"""A scalar, or an array of them: for formulas that serve blocks and whole recordings alike."""
 
 
 class OfOne(Protocol):
@@ -179,11 +179,7 @@ def any_of(first: Truth, *others: Truth) -> Truth:
 
 
 def select(condition: Truth, taken: T, otherwise: T) -> T:
-    """One of two trees of the same shape, leaf by leaf: the first where the condition holds, else the second.
-
-    Args:
-        taken, otherwise: scalars or (named) tuples of trees
-    """
+    """One of two trees of the same shape, leaf by leaf: the first where the condition holds, else the second."""
     pairs = zip(values_of(taken), values_of(otherwise), strict=True)
     return rebuild(otherwise, [where(condition, a, b) for a, b in pairs])
 

@@ -251,7 +251,6 @@ def branches(program: Program) -> list[Branch]:
 
 
 def _conditions(program: Program) -> dict[int, frozenset[Condition]]:
-    """Conditions that hold wherever the result of an operation is used."""
     found: dict[int, frozenset[Condition]] = {value: frozenset() for value in program.outputs.values()}
     for index in range(len(program.operations) - 1, -1, -1):
         if index in program.invariant:
@@ -289,7 +288,6 @@ def _chosen(program: Program, conditions: dict[int, frozenset[Condition]]) -> di
 
 
 def _rounds(program: Program, chosen: dict[int, Condition]) -> dict[int, int]:
-    """A round for every operation: branches of the same round do not need results of each other."""
     rounds: dict[int, int] = {}
     for index, operation in enumerate(program.operations):
         if index in program.invariant:

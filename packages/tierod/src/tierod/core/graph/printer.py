@@ -215,7 +215,6 @@ class _BankPrinter:
         )
 
     def _lanes(self) -> str:
-        """One step of a group of eight lanes: a loop over them."""
         inputs = sorted(
             operation.constant[1]
             for operation in self.lane.program.operations

@@ -30,8 +30,6 @@ class Memory:
 
 @dataclass(frozen=True)
 class Result(Generic[Output]):
-    """Result of a block over many samples."""
-
     names: tuple[str, ...]
     values: np.ndarray  # shape (n, outputs)
     state: Memory
@@ -66,10 +64,6 @@ def memory_of(
 
     Args:
         state: state to continue from; the block's own initial state if None
-        traced: the block's graph, where it is known
-
-    Raises:
-        InputError: the state belongs to a block of another structure
     """
     if state is None:
         return Memory(initial_memory(block), 0)
@@ -84,11 +78,7 @@ def memory_of(
 
 
 def columns_of(graph: Interface, samples: Samples) -> np.ndarray:
-    """The samples as an array (n, inputs) in the order of the graph's inputs.
-
-    Raises:
-        InputError: signals are missing, or the shape does not fit
-    """
+    """The samples as an array (n, inputs) in the order of the graph's inputs."""
     if isinstance(samples, Aligned):
         if samples.names == graph.sample:
             return samples.values
@@ -113,34 +103,20 @@ def columns_of(graph: Interface, samples: Samples) -> np.ndarray:
 
 
 def scan(
-    block: Block[State, Given, Output],
-    samples: Samples,
-    state: Memory | State | None = None,
-    engine: Engine = "auto",
+    block: Block[State, Given, Output], samples: Samples, state: Memory | State | None = None, engine: Engine = "auto"
 ) -> Result[Output]:
     """Run a block over a recording.
 
     Args:
-        samples: signals aligned to one time grid (columns are found by name), or an array (n, inputs) in the order of
-            the leaves of `block.Sample`
+        samples: signals aligned to one time grid (columns are found by name), or an array (n, inputs) in the order
+            of the leaves of `block.Sample`
         state: state to continue from: that of an earlier result, or a state tree; the block's initial state if None
-        engine: "compiled", "virtual machine" or "auto"
-
-    Raises:
-        InputError: the samples do not have the block's signals
-        TraceError: the block cannot be traced
     """
     return Scanner(block, engine).scan(samples, state)
 
 
 class Scanner(Generic[State, Given, Output]):
     """A block prepared once to be run over consecutive pieces of a recording.
-
-    Args:
-        engine: "compiled", "virtual machine" or "auto"
-
-    Raises:
-        TraceError: the block cannot be traced
 
     `names` and `outputs` are the names of its input and output signals, in order; `graph` is the block's graph.
     """
@@ -165,18 +141,15 @@ class Scanner(Generic[State, Given, Output]):
 class Stream(Generic[State, Given, Output]):
     """A block run live: one sample in, one output out. It changes with each sample, so one thread at a time may use it.
 
-    Args:
-        state: state to continue from; the block's own initial state if None
-
     `push` takes and returns named values. Where every microsecond counts, write into `inputs`, call `advance()`, and
     read `outputs`: the same step on the same bound buffers, without conversion.
+
+    Args:
+        state: state to continue from; the block's own initial state if None
     """
 
     def __init__(
-        self,
-        block: Block[State, Given, Output],
-        state: Memory | State | None = None,
-        engine: Engine = "auto",
+        self, block: Block[State, Given, Output], state: Memory | State | None = None, engine: Engine = "auto"
     ):
         runner = kernel(block, engine)
         graph, memory = runner.graph, memory_of(block, state)
@@ -195,14 +168,8 @@ class Stream(Generic[State, Given, Output]):
     def push(self, sample: Given | Mapping[str, float] | Iterable[float]) -> Output:
         """Advance by one sample.
 
-        Args:
-            sample: a mapping of (dotted) names to numbers, or the block's own `Sample`
-
         Returns:
             the block's output
-
-        Raises:
-            InputError: a signal is missing, or the count of numbers is wrong
         """
         # Flat numbers, the usual case, are packed without a check; trees of tuples and errors end in the exception.
         try:

@@ -14,8 +14,6 @@ GROUP = 8  # Number of lanes of a bank that are stepped together: the number of 
 
 
 class BankState(NamedTuple):
-    """State of a bank of blocks."""
-
     lanes: tuple[Tree, ...]
     judge: Tree
     feedback: Tree  # feedback of the judge at the previous sample, for all lanes

@@ -86,17 +86,12 @@ class Graph:
         return len(self.state) + sum(size for _, size in self.rings)
 
 
+# Names of the fields that drivers need of a graph whose kernel is cached
 INTERFACE = tuple(each.name for each in fields(Graph) if each.name not in ("make", "entry"))
-"""Names of the fields that drivers need of a graph whose kernel is cached."""
 
 
 def trace(block: Block) -> Graph:
-    """The graph of a block's step, for a bank a `BankGraph`; blocks that differ only in their floats share one.
-
-    Raises:
-        TraceError: the step decides with Python's `if` on a signal, uses a foreign function on one, or returns a state
-            of another shape than `init`; or a field of the block can change, like a list
-    """
+    """The graph of a block's step, for a bank a `BankGraph`; blocks that differ only in their floats share one."""
     key = structure(block)
     try:
         hash(key)
@@ -109,8 +104,6 @@ def trace(block: Block) -> Graph:
 
 
 class _Structure:
-    """A block as a key of the cache: equal where the graphs are equal."""
-
     def __init__(self, key: object, block: Block):
         self.key, self.block = key, block
 
@@ -151,11 +144,7 @@ def _same(tree: Tree, other: Tree) -> bool:
 
 
 def straight_line(block: Any, sample_tree: Tree, step: Callable[[Any, Tree, Tree], tuple[Tree, Tree]]) -> Graph:
-    """The graph of `step(block, state, sample)`, with the block's floats as inputs.
-
-    Args:
-        step: function that calls the step of the block
-    """
+    """The graph of `step(block, state, sample)`, with the block's floats as inputs."""
     import casadi
 
     name = type(block).__name__

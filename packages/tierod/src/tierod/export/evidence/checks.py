@@ -43,7 +43,6 @@ def there(name: str) -> bool:
 
 @cache
 def version(name: str) -> str:
-    """Name and version of a tool, or a note that it is not installed."""
     if not there(name):
         return f"{name} is not installed"
     found = re.search(r"\d+\.\d+(\.\d+)?", ran([name, "--version"], Path(), 20.0).text)
@@ -82,6 +81,7 @@ SANITIZED = "build/sanitized.csv"  # Shorter version of these samples for the sa
 
 SANITIZERS = "address,undefined,float-cast-overflow"
 
+# Justification of each departure from MISRA C:2012, by rule number
 REASONS = {
     "8.9": "advisory; the parameters have a file of their own, so that they can be replaced",
     "10.5": "advisory; a status that was computed as a number becomes its enumeration",
@@ -91,8 +91,8 @@ REASONS = {
     "20.9": "macros of math.h that a C library may lack",
     "21.15": "the bytes of a number become a whole number by memcpy, in place of a union",
 }
-"""Justification of each departure from MISRA C:2012, by rule number."""
 
+# Justifications for the kernels' own mathematical functions, which replace those of the C library
 OF_OWN_FUNCTIONS = {
     "2.2": "x - x, which is NaN of an infinite angle and zero else",
     "10.3": "a whole number is taken as a truth, or for one of another width",
@@ -104,10 +104,9 @@ OF_OWN_FUNCTIONS = {
     "15.6": "a branch of one statement",
     "17.7": "what memcpy returns is its own argument",
 }
-"""Justifications for the kernels' own mathematical functions, which replace those of the C library."""
 
+# Folders in which distributions install the MISRA addon of cppcheck
 ADDONS = ("/usr/lib/x86_64-linux-gnu/cppcheck/addons", "/usr/share/cppcheck/addons", "/usr/lib/cppcheck/addons")
-"""Folders in which distributions install the MISRA addon of cppcheck."""
 
 
 class Checked(NamedTuple):

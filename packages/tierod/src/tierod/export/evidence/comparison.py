@@ -74,7 +74,6 @@ def built(face: Interface, folder: Path, compiler: str, level: tuple[str, ...]) 
 
     Args:
         folder: of the export; the library goes to its subfolder `build`
-        level: flags added to those common to all builds
     """
     (folder / "build").mkdir(exist_ok=True)
     library = folder / "build" / f"{compiler}{'_'.join(level)}.so"
@@ -91,7 +90,6 @@ def run_over(library: ctypes.CDLL, values: np.ndarray, width: int, steps: int = 
 
     Args:
         values: (n, inputs)
-        steps: steps that its free-running clocks have counted at the restart
     """
     given = np.ascontiguousarray(values, dtype=float)
     outputs = np.zeros((len(given), width))
@@ -149,13 +147,13 @@ class Aim(NamedTuple):
     scale: float = 1.0  # factor from the unit of the output to the displayed unit
 
 
+# Required agreement, by the name of the monitor
 AIMS = {
     "friction": Aim("estimate.friction_torque", 0.002, "N·m"),
     "motor-angle": Aim("estimate.motor_angle", 0.002, "rad"),
     "driver-torque": Aim("statement.magnitude", 0.01, "N·m"),
     "sideslip": Aim("estimate.sideslip_angle", 0.02, "°", math.degrees(1.0)),
 }
-"""Required agreement, by the name of the monitor."""
 
 LATEST: Annotated[float, "s"] = 0.05  # Largest permitted duration of a different status
 HOURS = (0.0, 100.0)  # Running times of the clocks at the beginning of a drive [h]
@@ -187,10 +185,10 @@ def aim_of(face: Interface) -> Aim | None:
 def apart(face: Interface, folder: Path, samples: Mapping[str, np.ndarray]) -> list[Apart] | str:
     """Compare single precision, compiled by gcc with -O2, over drives with clocks at zero and after long running.
 
+    Returns a sentence where the export cannot be compiled.
+
     Args:
         samples: (n, inputs) by name
-
-    Returns a sentence where the export cannot be compiled.
     """
     library, _, trouble = built(face, folder, "gcc", ("-O2",))
     if library is None:

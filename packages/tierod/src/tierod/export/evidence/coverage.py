@@ -13,6 +13,7 @@ from tierod.core.graph.operations import STATE, TUNING, Program, is_constant
 from tierod.export.evidence.checks import Checked, ran, version
 from tierod.export.nested import is_presence
 
+# Explanation of branches that are not reached, by their kind
 REASONS = {
     "parameters": "decided by the parameters alone, which of three whole numbers a count is compared with",
     "clock": "the end of a counter of steps, after 2^32 steps: 497 days at 100 Hz",
@@ -27,7 +28,6 @@ REASONS = {
     "other": "no reason is recorded: drives, altered ones too, random samples and failed signals do not reach them; "
     "listed below",
 }
-"""Explanation of branches that are not reached, by their kind."""
 
 LONGEST = 110  # Characters of a listed line of C code
 
@@ -103,7 +103,6 @@ def _found(part: str, pattern: str) -> str:
 
 
 def _missed(listing: str, stepped: Sequence[Stepped]) -> Iterator[tuple[str, str, str]]:
-    """Kind, line number and text of every branch that gcov reports as not taken."""
     line, text, function, asked = "", "", "", ""
     for each in listing.splitlines():
         if source := _LINE.match(each):
@@ -153,7 +152,6 @@ def _is_limit(program: Program, index: int) -> bool:
 
 
 def _rests_on_age(stepped: Stepped, index: int) -> bool:
-    """Whether a selection tests only the age of a value that is held while it is missing."""
     operations = stepped.program.operations
     waiting = list(operations[index].arguments[:1]) if operations[index].name in ("select", "if") else []
     ages = 0
@@ -169,7 +167,6 @@ def _rests_on_age(stepped: Stepped, index: int) -> bool:
 
 
 def _rests_on_presence(program: Program, index: int) -> bool:
-    """Whether a selection or conjunction tests the presence of a value that is not an input of the sample."""
     operation = program.operations[index]
     asked = operation.arguments[:1] if operation.name in ("select", "if") else operation.arguments
     return operation.name in ("select", "if", "and", "or") and any(is_presence(program, each) for each in asked)

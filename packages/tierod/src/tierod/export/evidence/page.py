@@ -237,13 +237,13 @@ def _stepped(face: Interface) -> tuple[Stepped, ...]:
     return Stepped(found, face.graph.state), lane
 
 
+# Most samples of all altered drives together; fewest samples per altered drive for which a run is worthwhile
 ALTERED, SHORTEST = 600_000, 500
-"""Most samples of all altered drives together; fewest samples per altered drive for which a run is worthwhile."""
+# Operations that all altered drives may take; a step of a bank takes 1 ms where branches are counted
 COVERED_WORK: Annotated[float, ""] = 16e9
-"""Operations that all altered drives may take; a step of a bank takes 1 ms where branches are counted."""
 FAILING = 20_000  # Samples with further failed signals, where a step is expensive
+# Factor by which more samples are run with changed parameters, because verdicts take minutes of driving
 CALIBRATED = 10
-"""Factor by which more samples are run with changed parameters, because verdicts take minutes of driving."""
 
 
 def _with_altered(face: Interface, folder: Path, drive: np.ndarray) -> Checked:

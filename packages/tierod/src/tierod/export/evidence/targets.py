@@ -10,101 +10,12 @@ import numpy as np
 
 from tierod.core.content import Table
 from tierod.core.files import write_text
+from tierod.export.c_header import template
 from tierod.export.evidence.checks import Outcome, ran, there, version
 from tierod.export.interface import Interface
 from tierod.export.vectors import Vectors
 
 STEPS = 1000  # Number of measured steps
-
-START = """\
-#include <stdint.h>
-extern uint32_t __StackTop;
-extern void _start(void);
-void Reset_Handler(void);
-void Reset_Handler(void)
-{
-    *(volatile uint32_t *)0xE000ED88u |= 0xFu << 20; /* the floating-point unit */
-    __asm__ volatile("dsb\\n isb");
-    _start();
-}
-static void hang(void) { for (;;) {} }
-__attribute__((section(".vectors"), used)) static const void *const vectors[] = {
-    &__StackTop, (void *)Reset_Handler, (void *)hang, (void *)hang, (void *)hang, (void *)hang, (void *)hang
-};
-"""
-
-LINKER_SCRIPT = """\
-MEMORY { CODE (rx) : ORIGIN = 0x00000000, LENGTH = 4M  RAM (rwx) : ORIGIN = 0x20000000, LENGTH = 4M }
-ENTRY(Reset_Handler)
-SECTIONS {
-  .text : { KEEP(*(.vectors)) *(.text*) *(.rodata*) KEEP(*(.init)) KEEP(*(.fini)) *(.ARM.extab*) } > CODE
-  .ARM.exidx : { __exidx_start = .; *(.ARM.exidx*) __exidx_end = .; } > CODE
-  .init_array : {
-    __preinit_array_start = .; KEEP(*(.preinit_array*)) __preinit_array_end = .;
-    __init_array_start = .; KEEP(*(.init_array*)) __init_array_end = .;
-    __fini_array_start = .; KEEP(*(.fini_array*)) __fini_array_end = .;
-  } > CODE
-  .data : { *(.data*) . = ALIGN(8); } > RAM
-  .bss : { __bss_start__ = .; *(.bss*) *(COMMON) . = ALIGN(8); __bss_end__ = .; end = .; __end__ = .; } > RAM
-  __StackTop = ORIGIN(RAM) + LENGTH(RAM);
-}
-"""
-
-_MEASURE = """\
-#define SYST_CSR (*(volatile unsigned *)0xE000E010u)
-#define SYST_RVR (*(volatile unsigned *)0xE000E014u)
-#define SYST_CVR (*(volatile unsigned *)0xE000E018u)
-#define INSTRUCTIONS_PER_TICK 40u /* 25 MHz beside one instruction in a nanosecond */
-#define PAINTED 16384u
-
-static unsigned char *below(void)
-{
-    unsigned char here;
-    unsigned char *volatile place = &here;
-    return place;
-}
-
-__attribute__((noinline)) static void paint(void)
-{
-    volatile unsigned char *place = below() - 64;
-    for (unsigned k = 0; k < PAINTED; k++) { place[-(int)k] = 0xA5u; }
-}
-
-__attribute__((noinline)) static unsigned depth(unsigned char *top)
-{
-    volatile unsigned char *lowest = below() - 64 - PAINTED + 256;
-    while (*lowest == 0xA5u) { lowest++; }
-    return (unsigned)(top - lowest);
-}
-
-int main(void)
-{
-    static OUTPUT_T output;
-    unsigned long total = 0, most = 0, deepest = 0;
-
-    begin();
-    SYST_RVR = 0xFFFFFFu;
-    SYST_CVR = 0u;
-    SYST_CSR = 5u;
-    for (int k = 0; k < STEPS; k++) {
-        double row[INPUTS + 1];
-        SAMPLE_T sample;
-        for (int i = 0; i < INPUTS; i++) { row[i] = (double)drive[k * INPUTS + i]; }
-        sample = taken(row);
-        paint();
-        const unsigned before = SYST_CVR;
-        STEP(&constants, &state, &sample, &output);
-        const unsigned spent = (before - SYST_CVR) & 0xFFFFFFu;
-        const unsigned used = depth(below());
-        total += spent;
-        most = (spent > most) ? spent : most;
-        deepest = (used > deepest) ? used : deepest;
-    }
-    printf("mean %.1f most %lu stack %lu state %u constants %u\\n", (double)total * INSTRUCTIONS_PER_TICK / STEPS,
-           most * INSTRUCTIONS_PER_TICK, deepest, (unsigned)sizeof state, (unsigned)sizeof constants);
-    return 0;
-}
-"""
 
 
 def measuring_program(face: Interface, vectors: Vectors) -> str:
@@ -120,7 +31,7 @@ def measuring_program(face: Interface, vectors: Vectors) -> str:
         '#define TIEROD_NO_MAIN\n#include "../test/compare.c"\n\n#include <stdio.h>\n\n'
         f"#define STEPS {len(taken)}\n#define STEP {prefix}_step\n#define SAMPLE_T {prefix}_sample_t\n"
         f"#define OUTPUT_T {prefix}_output_t\n\nstatic const float drive[STEPS * INPUTS] = {{\n{numbers}\n}};\n\n"
-        f"{_MEASURE}"
+        f"{template('measure.c')}"
     )
 
 
@@ -133,8 +44,8 @@ FLAGS = ("-std=c99", "-O2", "-fno-math-errno", "-fno-trapping-math", "-ffp-contr
 COMMON = (*FLAGS, "--specs=rdimon.specs")
 M7 = ("-mcpu=cortex-m7", "-mfpu=fpv5-d16", "-mfloat-abi=hard", "-mthumb")
 R5 = ("-mcpu=cortex-r5", "-mfpu=vfpv3-d16", "-mfloat-abi=hard")
+# Emulated board with a Cortex-M7 and two memories of 4 MB
 BOARD = ("qemu-system-arm", "-M", "mps2-an500", "-cpu", "cortex-m7", "-nographic")
-"""Emulated board with a Cortex-M7 and two memories of 4 MB."""
 
 
 class Measured(NamedTuple):
@@ -152,7 +63,11 @@ def targets(face: Interface, folder: Path, vectors: Vectors) -> Table:
     header = ("target", "what", "result")
     if not there(GCC):
         return Table("Targets", header, (("Cortex-M7, Cortex-R5", "all", version(GCC)),))
-    for name, text in (("start.c", START), ("m7.ld", LINKER_SCRIPT), ("measure.c", measuring_program(face, vectors))):
+    for name, text in (
+        ("start.c", template("start.c")),
+        ("m7.ld", template("m7.ld")),
+        ("measure.c", measuring_program(face, vectors)),
+    ):
         write_text(folder / "build" / name, text)
     rows = [
         ("Cortex-M7", "vectors", _compared_on_m7(face, folder)),

@@ -19,8 +19,8 @@ from tierod.export.subject import identifier
 SEED = 20261124
 CYCLES, STEPS = 160, 6
 QUIET_FROM, QUIET_TO = 45, 130  # Range of cycles without a failure, long enough for healing and aging
+# Time between two results [s]; short enough that some causes arrive in time to replace their consequence
 STEP_TIME = 0.7
-"""Time between two results [s]; short enough that some causes arrive in time to replace their consequence."""
 
 BEGIN, STEP, END, CLEAR = range(4)
 
@@ -28,12 +28,9 @@ BEGIN, STEP, END, CLEAR = range(4)
 def memory_vectors(codes: TroubleCodes, places: int) -> tuple[str, str]:
     """Two tables with the same rows: actions, and the resulting contents of the memory.
 
-    Args:
-        places: number of codes that the memory can hold
-
     Returns:
-        inputs (action, time [ms] or code, result of every code) and expected contents (status, occurrences and cause of
-            every code, lamp, overflowed)
+        inputs (action, time [ms] or code, result of every code) and expected contents (status, occurrences and
+            cause of every code, lamp, overflowed)
     """
     memory, names = FaultMemory(codes, places=places), list(codes.codes)
     inputs, expected = [], []
@@ -79,6 +76,7 @@ def _actions(count: int) -> Iterator[tuple[int, int, np.ndarray]]:
 
 NAMES = ("tierod_fault_memory.h", "tierod_fault_memory.c")
 
+# File of the export -> its template
 TEMPLATES = {
     NAMES[0]: "memory.h.j2",
     NAMES[1]: "memory.c.j2",
@@ -86,18 +84,13 @@ TEMPLATES = {
     "README.md": "README.md.j2",
     "test/compare.c": "compare.c.j2",
 }
-"""File of the export -> its template."""
 
+# Bytes of a slot's header, of a record without its frames, and of a frame without its values
 HEADER, FIXED, FRAME = 24, 20, 12
-"""Bytes of a slot's header, of a record without its frames, and of a frame without its values."""
 
 
 def fault_memory_files(codes: TroubleCodes, places: int = PLACES) -> Mapping[str, str]:
-    """All files of an export, by path in its folder; equal tables give equal bytes.
-
-    Args:
-        places: number of codes that the memory can hold
-    """
+    """All files of an export, by path in its folder; equal tables give equal bytes."""
     values = _values(codes, places)
     texts = {name: rendered(Path(__file__).parent, template, values) for name, template in TEMPLATES.items()}
     inputs, expected = memory_vectors(codes, places)

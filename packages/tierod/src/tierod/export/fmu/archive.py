@@ -22,8 +22,8 @@ from tierod.export.fmu.description import Model, Variable, model_description, to
 
 TEMPLATES = Path(__file__).parent / "templates"
 
+# Header files of the FMI standard, under the 2-clause BSD licence; taken from the installed package fmpy
 HEADERS = ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h")
-"""Header files of the FMI standard, under the 2-clause BSD licence; taken from the installed package fmpy."""
 
 _KINDS = {"time": "TIME", "input": "INPUT", "output": "OUTPUT", "status": "STATUS", "fixed": "FIXED"}
 
@@ -34,11 +34,6 @@ def compiled_names(model: Model) -> tuple[str, ...]:
 
 
 def sources(model: Model) -> dict[str, str]:
-    """Name -> text of all sources, including the headers of the standard.
-
-    Raises:
-        MissingExtra: fmpy, which provides the headers, is not installed
-    """
     face = model.face
     values = _values(model)
     own = {f"{face.prefix}.h": header(face), f"{face.prefix}.c": source(face)}
@@ -48,11 +43,6 @@ def sources(model: Model) -> dict[str, str]:
 
 
 def standard_headers() -> dict[str, str]:
-    """Name -> text of the headers of the standard.
-
-    Raises:
-        MissingExtra: fmpy is not installed
-    """
     found = find_spec("fmpy")
     if found is None or found.origin is None:
         raise MissingExtra("fmpy", "fmi", "the export of functional mock-up units")
@@ -100,18 +90,14 @@ def _c(value: float) -> str:
     return repr(value) if value >= 0.0 else f"({value!r})"
 
 
+# Compiler flags for any processor of the platform, not only the present one
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-fno-math-errno", "-ffp-contract=off")
-"""Compiler flags for any processor of the platform, not only the present one."""
 
 _PLACES = {"linux": ("linux64", ".so"), "darwin": ("darwin64", ".dylib"), "win32": ("win64", ".dll")}
 
 
 def place_of_binary() -> tuple[str, str]:
-    """Folder and file suffix of a binary for this platform.
-
-    Raises:
-        CompileError: the standard defines no name for this platform
-    """
+    """Folder and file suffix of a binary for this platform."""
     intel = platform.machine().lower() in ("amd64", "x86_64")
     place = _PLACES.get(sys.platform)
     if place is None or not (intel or sys.platform == "darwin"):
@@ -123,11 +109,7 @@ def place_of_binary() -> tuple[str, str]:
 
 
 def built(texts: Mapping[str, str], names: Sequence[str]) -> bytes:
-    """Shared library compiled from sources.
-
-    Raises:
-        CompileError: no compiler is installed, or it rejects the sources
-    """
+    """Shared library compiled from sources."""
     command = compiler()
     if command is None:
         raise CompileError(
@@ -148,13 +130,6 @@ MOMENT = (1980, 1, 1, 0, 0, 0)  # Time stamp of every file in the archive, fixed
 
 
 def write_unit(model: Model, path: str | Path) -> Path:
-    """Write a unit atomically.
-
-    Raises:
-        MissingExtra: fmpy is not installed
-        CompileError: there is no compiler, or no name for this platform
-        OutputError: the file cannot be written
-    """
     folder, ending = place_of_binary()
     texts, names = sources(model), compiled_names(model)
     binary = built(texts, names)

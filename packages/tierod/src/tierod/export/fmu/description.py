@@ -23,14 +23,12 @@ from tierod.export.subject import Described, elements
 
 Kind = Literal["time", "input", "output", "status", "fixed", "tunable"]
 
+# Parameters that hold the sampling interval; the description of a unit fixes it, so they are not exposed
 CLOCKS = ("sample_time", "step_time")
-"""Parameters that hold the sampling interval; the description of a unit fixes it, so they are not exposed."""
 
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable of a unit."""
-
     name: str  # in structured notation, such as "filter.gain[1]"
     reference: int
     kind: Kind  # causality; "fixed" and "tunable" are parameters
@@ -43,8 +41,6 @@ class Variable:
 
 @dataclass(frozen=True)
 class Model:
-    """Contents of a unit."""
-
     face: Interface
     starts: dict[str, float]  # start values of inputs that count as present before they are set, by name
     present: bool = False  # whether outputs depend on the inputs at the same instant, as those of a plant do
@@ -59,7 +55,6 @@ class Model:
         return tuple(_distinct(rows))
 
     def of(self, *kinds: Kind) -> tuple[Variable, ...]:
-        """Variables of the given kinds."""
         return tuple(each for each in self.variables if each.kind in kinds)
 
     def _input(self, position: int, each: Described) -> Variable:
@@ -73,7 +68,6 @@ class Model:
         return Variable(structured(each.path), 0, kind, _unit(each), _meaning(each), place=place)
 
     def _parameters(self) -> list[Variable]:
-        """Parameters that the C code reads: "tunable" if in every step, "fixed" if only for the initial state."""
         stepped, begun = _taken(self.face.program, TUNING), _taken(self.face.initial, 0)
         known = numbers(self.face.subject.block)
         rows = []

@@ -6,9 +6,7 @@ import numpy as np
 
 from tierod.core.content import Chart, Lines, Panel, Points
 from tierod.core.findings import Curve, Decided, Diagnosis
-from tierod.report.charts.figure import (
-    Figure,
-)
+from tierod.report.charts.figure import Figure
 from tierod.report.charts.over_time import Limit, strips
 from tierod.report.display import alarm_from, number, words
 
@@ -50,7 +48,6 @@ def decision_figure(diagnosis: Diagnosis) -> Figure | None:
 
 
 def quiet_figure(diagnosis: Diagnosis) -> Figure | None:
-    """Statistics that stayed within their thresholds, if others did not."""
     said = most_relevant(diagnosis)
     quiet = [name for name in statistics(diagnosis) if name not in said]
     return strips(diagnosis, quiet, ("quiet", "What stayed within its thresholds", *_LOOK), statistics(diagnosis))

@@ -29,17 +29,17 @@ from tierod.report.charts.figure import (
 from tierod.report.charts.over_time import span
 from tierod.report.display import INTERVAL, bracketed, instant, time_scale, words
 
+# Prefixes of the names of the traces drawn here
 STATE, SUPPLIED, DEVIATION = "state_of_", "supplied_", "deviation_of_supplied_"
-"""Prefixes of the names of the traces drawn here."""
 WASH = 0.1  # Opacity of the shading of fault episodes
 _POINTS = 1000
+# Values of a state, their statuses and colours; blank where nothing was judged
 _HEATS = (
     (0.0, Status.HEALTHY, "var(--state-good)"),
     (0.25, Status.NOT_TESTABLE, "var(--state-open)"),
     (0.5, Status.SUSPECT, "var(--state-doubt)"),
     (1.0, Status.FAULT, RED),
 )
-"""Values of a state, their statuses and colours; blank where nothing was judged."""
 OTHERWISE = "not judged"
 
 
@@ -106,7 +106,6 @@ def state_figure(diagnosis: Diagnosis) -> Figure | None:
 
 
 def _steps() -> list[list[Any]]:
-    """Colour scale in steps that change half-way between two states."""
     values = [value for value, _, _ in _HEATS]
     edges = [0.0, *(0.5 * (low + high) for low, high in pairwise(values)), 1.0]
     return [[edge, colour] for (_, _, colour), ends in zip(_HEATS, pairwise(edges), strict=True) for edge in ends]

@@ -15,8 +15,8 @@ from tierod.core.shown import shown
 from tierod.report.display import number, words
 
 BLUE, GREY, GREEN, AMBER, RED = "var(--accent)", "var(--grey)", "var(--good)", "var(--warn)", "var(--bad)"
+# CSS variables of tokens.css, resolved by the script of the page
 TEXT, GRID, PAPER, LINE = "var(--ink)", "var(--grid)", "var(--paper)", "var(--line)"
-"""CSS variables of tokens.css, resolved by the script of the page."""
 
 LABEL_GROUND = "var(--label)"  # Background of labels that cover a curve
 
@@ -25,8 +25,6 @@ Summary = tuple[str, ...]  # One row of the table below a chart: series, lowest,
 
 @dataclass(frozen=True)
 class Figure:
-    """One chart of the page."""
-
     name: str
     title: str  # title, caption: heading, and a line on how to read the chart
     caption: str
@@ -41,7 +39,6 @@ class Figure:
 
 
 def layout(height: int, **more: Any) -> dict[str, Any]:
-    """Layout common to all charts."""
     return {
         "height": height,
         "autosize": True,
@@ -186,7 +183,6 @@ def _has_both_signs(mean: np.ndarray) -> bool:
 
 
 def _both_ways(mean: np.ndarray, levels: list[float]) -> list[float]:
-    """Initial range of a series with both signs: the whole line and all levels."""
     low, high = np.nanmin(mean), max([*levels, np.nanmax(mean)])
     room = 0.08 * (high - low)
     return [float(low - room), float(high + room)]

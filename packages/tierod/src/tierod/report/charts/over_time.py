@@ -41,11 +41,11 @@ _CONSISTENT = (
     " If the estimator is consistent, the mean NIS is the number of measurements: above its band the estimator is "
     "overconfident, below it underconfident."
 )
+# Traces from 0 to 1 that are drawn below an estimate: name and explanation
 STRIPS = {
     "enabled": ("enabled share", "share of the time in which the estimator was excited (enabled)"),
     "hands_on": ("hands on", "full where hands are on the wheel, half where that is uncertain, else off"),
 }
-"""Traces from 0 to 1 that are drawn below an estimate: name and explanation."""
 
 _OF_ELEMENTS = ("state_of_", "supplied_", "deviation_of_supplied_")  # Prefixes of traces that have charts of their own
 _INNOVATIONS = ("innovation", "normalised_innovation", "nis", "nees")
@@ -76,7 +76,6 @@ def signal_figure(diagnosis: Diagnosis) -> Figure | None:
 
 
 def result_figure(diagnosis: Diagnosis) -> Figure | None:
-    """Further results of the monitor, one strip each."""
     mains = main_names(diagnosis)
     taken = {
         *(each.statistic for each in diagnosis.decisions),
@@ -93,7 +92,6 @@ def result_figure(diagnosis: Diagnosis) -> Figure | None:
 
 
 def innovation_figure(diagnosis: Diagnosis) -> Figure | None:
-    """Innovations (measurement minus prediction), one strip each."""
     caption = "Measured less predicted, over its own standard deviation (squared: NIS)."
     caption += "" if diagnosis.remarks.get("consistency") else _CONSISTENT
     names = [name for name in diagnosis.traces if name.startswith(_INNOVATIONS)]
@@ -270,7 +268,6 @@ def strips(
     """Traces above each other over a common time axis; None where there are none.
 
     Args:
-        look: name, title, caption, and the alternative without its end
         limits: thresholds of each trace; where given, bins beyond them and the times of the verdict are marked
     """
     if not names:
@@ -321,7 +318,6 @@ def _lower(limits: Sequence[Limit]) -> bool:
 def _beyond(
     trace: Trace, per_second: float, factor: float, limits: Sequence[Limit], place: str
 ) -> list[dict[str, Any]]:
-    """A red mark over every bin beyond one of the thresholds."""
     # The extremes of each bin are tested, because its mean can hide an exceedance.
     lower, upper = np.asarray(trace.lower, float), np.asarray(trace.upper, float)
     extreme = np.full(len(upper), np.nan)

@@ -34,8 +34,8 @@ _COLOURS = (BLUE, RED, GREEN, AMBER, "var(--violet)", "var(--cyan)", GREY, "var(
 _PANEL, _ALONE = 240, 330
 _BESIDE = 0.65  # Space above and below the outermost named rows [row heights]
 _MOST = 1600  # Largest number of points of a curve: lowest and highest value per pixel column of the widest chart
+# Digits of a curve relative to its largest value; more on a logarithmic axis, where small values are visible
 _DIGITS, _SMALL = 5, 10
-"""Digits of a curve relative to its largest value; more on a logarithmic axis, where small values are visible."""
 
 
 def panel_figure(chart: Chart) -> Figure:
@@ -191,7 +191,6 @@ def _points(mark: Points, colour: str) -> dict[str, Any]:
 
 
 def _rules(panel: Panel, suffix: str) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Horizontal and vertical dashed lines with their names."""
     text = {"showarrow": False, "font": {"size": 12, "color": TEXT}, "bgcolor": LABEL_GROUND, "borderpad": 1}
     x_domain, y_domain = f"x{suffix} domain", f"y{suffix} domain"
     # Plotly takes positions on a logarithmic axis as values for shapes, but as exponents for annotations.

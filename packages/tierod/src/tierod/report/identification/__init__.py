@@ -27,6 +27,7 @@ from tierod.vehicles import QUANTITIES, Vehicle, load
 from tierod.vehicles.reading import read_by
 from tierod.vehicles.writer import Change, changed, with_thresholds
 
+# Module and attribute of each subject, by its name on the command line
 SUBJECTS = {
     "column": "tierod.report.identification.column:COLUMN",
     "motor": "tierod.report.identification.motor:MOTOR",
@@ -34,7 +35,6 @@ SUBJECTS = {
     "thresholds": "tierod.report.identification.thresholds:THRESHOLDS",
     "vehicle": "tierod.report.identification.vehicle:VEHICLE",
 }
-"""Module and attribute of each subject, by its name on the command line."""
 
 
 @dataclass(frozen=True)
@@ -106,12 +106,7 @@ class Identification:
         }
 
     def write_vehicle(self, path: str | Path, origin: Origin | None = None) -> Path:
-        """Write the vehicle file with the identified values; comments and everything else stay unchanged.
-
-        Args:
-            path: of a new file, or of the vehicle's own file
-            origin: time, version and command of the identification, recorded as source of the values
-        """
+        """Write the vehicle file with the identified values; comments and everything else stay unchanged."""
         origin = origin or Origin.now()
         made = f"on {origin.created[:10]} by tierod {origin.version}: {origin.command}"
         source = f"identified from {', '.join(self.sources)} {made}"
@@ -155,19 +150,12 @@ def identify(
     """Identify parameters of a vehicle from recordings of a test bench or a drive.
 
     Args:
-        subject: "vehicle", "column", "motor", "inverter" or "thresholds"
         recordings: paths, or recordings by name; each is one experiment
-        vehicle: initial parameters: a parameter set, its name, or the path of its file
         free: names of the parameters to identify; empty for the usual ones of the subject
         dbc: path(s) of CAN databases; None for those of the vehicle
         channel_map: path of a channel map; None for that of the vehicle
         start, stop: limits of the evaluated stretch of every file [s]; None for the whole file
         hours: for thresholds only: mean time between false alarms [h]; None for 1000
-        progress: called with the completed share, 0 to 1
-
-    Raises:
-        InputError: a recording cannot be read, is given twice, or lacks required signals
-        ParameterError: the subject, vehicle or parameter does not exist, or `hours` is given for another subject
     """
     wanted = subject_of(subject)
     car = vehicle if isinstance(vehicle, Vehicle) else load(vehicle)

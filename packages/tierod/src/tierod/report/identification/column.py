@@ -43,7 +43,6 @@ def left_out_table(result: ColumnIdentification) -> Table:
 
 
 def column_items(result: ColumnIdentification) -> Iterator[Item]:
-    """Tables and charts of an identified column."""
     yield Heading("What was found")
     yield found_table(result.found, _COLUMN)
     estimate = result.estimate

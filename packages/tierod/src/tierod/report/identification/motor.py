@@ -39,7 +39,6 @@ def as_warm(result: MotorIdentification) -> list[tuple[str, float, float]]:
 
 
 def motor_items(result: MotorIdentification) -> Iterator[Item]:
-    """Tables and charts of an identified motor."""
     yield Heading("What was found")
     if result.found:
         yield found_table(result.found, _BEYOND)

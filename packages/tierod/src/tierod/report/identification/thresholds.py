@@ -48,11 +48,7 @@ def _thresholds_items(result: ConditionCalibration) -> Sequence[Table]:
 
 
 def _thresholds_document(result: ConditionCalibration) -> dict[str, Any]:
-    return {
-        "thresholds": result.thresholds,
-        "converged": result.converged,
-        "explained": not result.doubt,
-    }
+    return {"thresholds": result.thresholds, "converged": result.converged, "explained": not result.doubt}
 
 
 THRESHOLDS = Subject(
