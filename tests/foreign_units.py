@@ -8,8 +8,8 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
 from tierod.core.graph.maths import maximum, sqrt, where
-from tierod.export.fmu.archive import write_unit
-from tierod.export.fmu.description import Model
+from tierod.export.fmu_archive import write_unit
+from tierod.export.fmu_description import Model
 from tierod.export.interface import Interface, Options
 from tierod.export.subject import subject_of_block
 from tierod_lab.ground.run import usual_inputs

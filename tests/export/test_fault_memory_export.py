@@ -13,7 +13,7 @@ from tierod.cli import main
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.export.c_export import write_folder
-from tierod.export.fault_memory.files import fault_memory_files
+from tierod.export.fault_memory import fault_memory_files
 
 pytestmark = needs_gcc
 

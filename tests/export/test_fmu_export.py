@@ -9,8 +9,8 @@ import pytest
 from exported_c import needs_gcc, reference, rounded, worst_share
 from tierod.core.fields import replaced
 from tierod.core.graph import scan
-from tierod.export.fmu.archive import write_unit
-from tierod.export.fmu.description import Model
+from tierod.export.fmu_archive import write_unit
+from tierod.export.fmu_description import Model
 from tierod.export.interface import Interface, Options
 from tierod.export.subject import subject_of, subject_of_block
 from tierod.export.vectors import random_inputs

@@ -94,7 +94,7 @@ def export_fault_memory(output: Path, evidence: bool) -> None:
     from tierod.diagnosis.trouble_codes import load_trouble_codes
     from tierod.export.c_export import refuse_foreign, write_folder
     from tierod.export.evidence.page import memory_evidence
-    from tierod.export.fault_memory.files import NAMES, fault_memory_files
+    from tierod.export.fault_memory import NAMES, fault_memory_files
 
     require_folder(output)
     refuse_foreign(output, NAMES[0])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from tierod.core.errors import OutputError, ParameterError
 
 if TYPE_CHECKING:
-    from tierod.export.fmu.description import Model
+    from tierod.export.fmu_description import Model
     from tierod.export.subject import Subject
 
 OF_SCENARIO = ("plant", "driver", "assist")
@@ -31,7 +31,7 @@ def export_fmu(what: str, vehicle: str | None, scenario: str | None, variant: st
     """
     from tierod.cli.terminal import output as console
     from tierod.core.files import require_folder
-    from tierod.export.fmu.archive import write_unit
+    from tierod.export.fmu_archive import write_unit
 
     if output.suffix.lower() != ".fmu":
         raise OutputError(f"{output} does not end in .fmu; write {output}.fmu")
@@ -73,7 +73,7 @@ def _of_scenario(what: str, name: str | None) -> Model:
 
 
 def _model(subject: Subject, starts: dict[str, float], present: bool) -> Model:
-    from tierod.export.fmu.description import Model
+    from tierod.export.fmu_description import Model
     from tierod.export.interface import Interface, Options
 
     # The same functions and fused products as in the kernels make the outputs of the binary equal to the last bit.

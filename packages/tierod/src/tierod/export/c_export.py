@@ -10,81 +10,12 @@ from tierod.core.errors import OutputError, ParameterError
 from tierod.core.files import expanded, require_folder, write_text
 from tierod.core.graph.bank import BankGraph
 from tierod.export.bank import BankInterface, bank_parameter_rows, bank_source, bank_structs
-from tierod.export.c_header import header
+from tierod.export.c_header import header, rendered
 from tierod.export.c_source import parameters, source
 from tierod.export.c_test import comparing_program
 from tierod.export.interface import Interface, Options
 from tierod.export.subject import Subject
 from tierod.export.vectors import ROWS_BEYOND, SPACING, TOLERANCE, Vectors, input_table, output_table, tolerances
-
-FLAGS = "-std=c99 -O2 -Wall -Wextra -Wpedantic -Wconversion -Wshadow -ffp-contract=off"
-
-
-def makefile(face: Interface) -> str:
-    prefix = face.prefix
-    return (
-        f"# Builds {prefix} with the comparison, and runs it over the test vectors.\n"
-        "# For a target: make CC=arm-none-eabi-gcc CFLAGS='...' RUN='qemu-arm -cpu cortex-r5f'\n"
-        f"CC ?= cc\nCFLAGS ?= {FLAGS}\nLDLIBS = -lm\nRUN ?=\n\n"
-        "test: build/compare\n\t$(RUN) build/compare test/inputs.csv test/expected.csv\n\n"
-        f"build/compare: {prefix}.c {prefix}_parameters.c test/compare.c {prefix}.h\n"
-        "\tmkdir -p build\n"
-        f"\t$(CC) $(CFLAGS) -I. {prefix}.c {prefix}_parameters.c test/compare.c -o $@ $(LDLIBS)\n\n"
-        "clean:\n\trm -rf build\n\n.PHONY: test clean\n"
-    )
-
-
-def readme(face: Interface, vectors: Vectors) -> str:
-    subject, prefix = face.subject, face.prefix
-    precision = face.options.precision
-    missing = (
-        f"Set the bit `{prefix.upper()}_VALID_...` of every input that was received; the others count as missing, "
-        "whatever their value. Inside, a missing value is NaN: the target needs IEEE 754 arithmetic all the same."
-        if face.options.validity
-        else "An input that was not received is NaN. Compile without `-ffast-math` and `-ffinite-math-only`, which "
-        "break it."
-    )
-    clocks = (
-        f"{len(face.clocks)} clocks count steps in whole numbers ({', '.join(face.counted.values())})."
-        if face.clocks
-        else "Clocks are numbers in seconds."
-    )
-    beyond = ROWS_BEYOND[precision]
-    return f"""# {prefix}
-
-{subject.title}. {subject.version}; vehicle {subject.vehicle}; {precision} precision; parameters {subject.digest:08x}.
-Generated; change the vehicle file and export again.
-
-| file | what |
-|---|---|
-| `{prefix}.h` | types with unit, meaning and range of every number, and the functions |
-| `{prefix}.c` | the monitor: C99, no allocation, no recursion, no static data, no loop without a bound |
-| `{prefix}_parameters.c` | the parameters of this vehicle |
-| `test/` | a drive, what the monitor states about it, and a program that compares |
-| `Makefile` | `make` builds and compares |
-
-```c
-static {prefix}_constants_t constants;
-static {prefix}_state_t state;
-
-{prefix}_prepare(&{prefix}_parameters, &constants);
-{prefix}_init(&{prefix}_parameters, &state);
-/* every {subject.sample_time:g} s: */
-{prefix}_step(&constants, &state, &sample, &output);
-```
-
-The state belongs to the caller: several instances run side by side, and share the constants. {missing} {clocks}
-
-The vectors are {vectors.source}: {len(vectors.inputs)} steps, compared at every {SPACING}th. An output passes within
-{TOLERANCE[precision]:g} of its range of what the same monitor states in double precision{_rows(beyond)}.
-"""
-
-
-def _rows(beyond: float) -> str:
-    return (
-        "" if beyond == 0.0 else f", but for {beyond:.1%} of the rows: a decision may fall some steps earlier or later"
-    )
-
 
 BITS = 32  # Bits of the mask of valid inputs
 
@@ -95,12 +26,23 @@ def files(face: Interface, vectors: Vectors) -> Mapping[str, str]:
     beyond = ROWS_BEYOND[face.options.precision]
     return {
         **monitor_files(face),
-        "Makefile": makefile(face),
-        "README.md": readme(face, vectors),
+        **{name: rendered(f"{name}.j2", _about(face, vectors)) for name in ("Makefile", "README.md")},
         "test/compare.c": comparing_program(face, tolerances(face, vectors), beyond),
         "test/inputs.csv": input_table(subject, vectors),
         "test/expected.csv": output_table(subject, vectors),
     }
+
+
+def _about(face: Interface, vectors: Vectors) -> dict[str, object]:
+    subject, precision = face.subject, face.options.precision
+    beyond = ROWS_BEYOND[precision]
+    rows = f", but for {beyond:.1%} of the rows: a decision may fall some steps earlier or later" if beyond else ""
+    return {
+        "prefix": face.prefix, "title": subject.title, "version": subject.version, "vehicle": subject.vehicle,
+        "precision": precision, "digest": f"{subject.digest:08x}", "sample_time": f"{subject.sample_time:g}",
+        "validity": face.options.validity, "clocks": list(face.counted.values()), "source": vectors.source,
+        "steps": len(vectors.inputs), "spacing": SPACING, "tolerance": f"{TOLERANCE[precision]:g}", "beyond": rows,
+    }  # fmt: skip
 
 
 def monitor_files(face: Interface) -> dict[str, str]:

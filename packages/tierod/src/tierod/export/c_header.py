@@ -12,14 +12,16 @@ from tierod.core.statement import STATUSES
 from tierod.export.interface import Interface
 from tierod.export.subject import Described, Member, identifier
 
+TEMPLATES = Path(__file__).parent / "templates"
 
-def rendered(folder: Path, name: str, values: Mapping[str, object]) -> str:
+
+def rendered(name: str, values: Mapping[str, object]) -> str:
     """Text of a template; a value that it names and that is missing is an error."""
     import jinja2
 
     # The templates produce C, where HTML escaping would do harm.
     environment: Any = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(folder),
+        loader=jinja2.FileSystemLoader(TEMPLATES),
         autoescape=False,
         undefined=jinja2.StrictUndefined,
         keep_trailing_newline=True,
@@ -30,7 +32,7 @@ def rendered(folder: Path, name: str, values: Mapping[str, object]) -> str:
 
 def template(name: str) -> str:
     """C that is the same for every export but for words in capitals."""
-    return (Path(__file__).parent / "templates" / name).read_text("utf-8")
+    return (TEMPLATES / name).read_text("utf-8")
 
 
 WIDTH = 116

@@ -95,4 +95,5 @@ def installed_code() -> str:
 
 def contents(folder: Path) -> dict[str, str]:
     """Digest of every source file of a package, by its path in the package."""
-    return {path.relative_to(folder).as_posix(): sha256_of(path) for path in sorted(folder.rglob("*.py"))}
+    files = sorted(path for path in folder.rglob("*") if path.suffix in (".py", ".c", ".csv"))
+    return {path.relative_to(folder).as_posix(): sha256_of(path) for path in files}

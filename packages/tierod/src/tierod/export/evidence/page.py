@@ -44,7 +44,7 @@ from tierod.export.evidence.comparison import (
 )
 from tierod.export.evidence.coverage import Stepped, covered
 from tierod.export.evidence.targets import GCC, M7, R5, targets
-from tierod.export.fault_memory.files import NAMES
+from tierod.export.fault_memory import NAMES
 from tierod.export.interface import Interface
 from tierod.export.subject import elements
 from tierod.export.vectors import (

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -80,9 +79,9 @@ NAMES = ("tierod_fault_memory.h", "tierod_fault_memory.c")
 TEMPLATES = {
     NAMES[0]: "memory.h.j2",
     NAMES[1]: "memory.c.j2",
-    "Makefile": "Makefile.j2",
-    "README.md": "README.md.j2",
-    "test/compare.c": "compare.c.j2",
+    "Makefile": "memory_Makefile.j2",
+    "README.md": "memory_README.md.j2",
+    "test/compare.c": "memory_compare.c.j2",
 }
 
 # Bytes of a slot's header, of a record without its frames, and of a frame without its values
@@ -92,7 +91,7 @@ HEADER, FIXED, FRAME = 24, 20, 12
 def fault_memory_files(codes: TroubleCodes, places: int = PLACES) -> Mapping[str, str]:
     """All files of an export, by path in its folder; equal tables give equal bytes."""
     values = _values(codes, places)
-    texts = {name: rendered(Path(__file__).parent, template, values) for name, template in TEMPLATES.items()}
+    texts = {name: rendered(template, values) for name, template in TEMPLATES.items()}
     inputs, expected = memory_vectors(codes, places)
     return {**texts, "test/inputs.csv": inputs, "test/expected.csv": expected}
 

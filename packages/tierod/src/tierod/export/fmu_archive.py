@@ -18,9 +18,7 @@ from tierod.core.graph.compiler import compiler
 from tierod.export.c_header import header, rendered
 from tierod.export.c_source import parameters, source
 from tierod.export.evidence.checks import ran
-from tierod.export.fmu.description import Model, Variable, model_description, token
-
-TEMPLATES = Path(__file__).parent / "templates"
+from tierod.export.fmu_description import Model, Variable, model_description, token
 
 # Header files of the FMI standard, under the 2-clause BSD licence; taken from the installed package fmpy
 HEADERS = ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h")
@@ -38,7 +36,7 @@ def sources(model: Model) -> dict[str, str]:
     values = _values(model)
     own = {f"{face.prefix}.h": header(face), f"{face.prefix}.c": source(face)}
     own[f"{face.prefix}_parameters.c"] = parameters(face)
-    made = {name: rendered(TEMPLATES, f"{name}.j2", values) for name in ("model.h", "model.c", "fmi2.c")}
+    made = {name: rendered(f"{name}.j2", values) for name in ("model.h", "model.c", "fmi2.c")}
     return own | made | standard_headers()
 
 

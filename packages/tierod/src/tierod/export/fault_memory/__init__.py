@@ -1,1 +1,0 @@
-"""Export of the fault memory for control units."""
