@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from experiments.campaign_rows import row
-from tierod_lab.campaign.figures import area_under_curve, paired, quantile, share_bound
-from tierod_lab.campaign.pools import confusion, pool
+from tierod_lab.campaign.figures import area_under_curve, quantile, share_bound
+from tierod_lab.campaign.pools import pool
 
 
 def test_the_bound_of_a_share():
@@ -32,15 +32,6 @@ def test_quantiles_keep_what_was_never_found():
     assert quantile(times, 0.95) == math.inf
     assert math.isnan(quantile([], 0.5))
     assert quantile(range(1, 101), 0.95) == 95.0
-
-
-def test_five_pairs_of_one_sign():
-    found = paired([1.0, 2.0, 3.0, 4.0, 5.0])
-    assert found.sign_p == pytest.approx(2.0 * 0.5**5)
-    assert found.rank_p == pytest.approx(2.0 / 2**5)
-    assert (found.count, found.positive, found.negative) == (5, 5, 0)
-    assert found.mean == found.median == 3.0
-    assert 1.0 < found.interval[0] < 3.0 < found.interval[1] < 5.0
 
 
 FOUND = {"fault": "step", "size": 4}
@@ -82,11 +73,6 @@ def test_drives_that_failed_are_counted_and_nothing_else_is_made_of_them():
     assert (found.drives, found.diverged, found.failed, found.fault_free) == (4, 1, 2, 1)
     assert found.enabled_share == 0.5
     assert found.judged_share == 0.8
-
-
-def test_the_confusion_of_states():
-    rows = [row(1), row(2), row(3, verdict="not judged"), row(1, **FOUND), row(2, outcome="diverged", **FOUND)]
-    assert confusion(rows) == {"fault-free": {"healthy": 2, "not ready": 1}, "step 4": {"fault": 1, "no verdict": 1}}
 
 
 def test_a_drive_whose_fault_never_came_is_a_fault_free_one():

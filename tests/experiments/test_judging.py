@@ -99,6 +99,7 @@ def test_errors_are_those_of_settled_estimates_while_the_monitor_judges():
     assert len(found.estimates_fault_free) == 8
 
 
+@pytest.mark.slow
 def test_the_friction_monitor_finds_a_step_and_its_size():
     recording = drive(minutes=13.0, friction=FrictionCourse.step(4.0, 8.0, at=390.0), seed=1)
     found, learnt = judge(

@@ -52,15 +52,6 @@ def test_the_product_of_all_axes_with_faults_and_seeds_innermost():
     assert [point.seed for point in found[:2]] == [7, 8]
 
 
-def test_levels_change_the_scenario():
-    last = matrix(HEAD + AXES + MONITORS)[-1]
-    assert last.changes({"duration": 60, "car": "other"}) == {
-        "duration": 60,
-        "car": "large",
-        "parameters.chassis.stiffness": 0.8,
-    }
-
-
 def test_cells_are_excluded_and_included():
     text = HEAD.replace("seeds = { first = 7, count = 2 }", "seeds = [1]") + """
 exclude = [{ car = "large", tyre = "winter" }, { fault = "step", size = ["1.5"], tyre = "winter" }]

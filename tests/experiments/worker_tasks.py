@@ -40,13 +40,6 @@ def do(task):
     raise AssertionError(kind)
 
 
-def linger(path):
-    """Write the own process id, then work without an end."""
-    Path(path).write_text(str(os.getpid()))
-    while True:
-        time.sleep(0.02)
-
-
 def noted(log, number, pause=0.0):
     """The square of a number, which is noted in a file."""
     with open(log, "a") as file:

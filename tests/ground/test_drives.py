@@ -99,11 +99,3 @@ def test_lock_to_lock_shows_the_added_friction(hoist, added):
     base = turned(4.0, hoist)
     assert turned(4.0 + added, hoist) - base == pytest.approx(added, abs=0.1)
     assert hoist == (base < 4.05)
-
-
-def test_width_of_the_hysteresis_loop_is_twice_the_friction():
-    recording = lock_to_lock(8.0, hoist=True, sensors=IDEAL)
-    rate, torque = resistance(recording)
-    middle = np.abs(recording["steering_wheel_angle"].values) < 1.0
-    width = np.mean(torque[middle & (rate > 0.5)]) - np.mean(torque[middle & (rate < -0.5)])
-    assert width == pytest.approx(16.0, abs=0.05)

@@ -5,16 +5,10 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from tierod.core.block import leaves, rebuild
 from tierod.core.graph.derivatives import jacobian
 from tierod_lab.ground.integration import implicit_inverse, rosenbrock
-from tierod_lab.ground.parts import Loads, Wheels
+from tierod_lab.ground.parts import Wheels
 from tierod_lab.ground.powertrain import Powertrain, WheelMotors
-from tierod_lab.ground.steering import Linkage
-from tierod_lab.ground.steering.column_eps import ActiveFront, ColumnEps, WormGear
-from tierod_lab.ground.steering.friction import Dahl, DryFriction
-from tierod_lab.ground.steering.rack_eps import Demonstrator, RackEps
-from tierod_lab.ground.steering.steer_by_wire import SteerByWire
 
 
 class Swing(NamedTuple):
@@ -61,36 +55,6 @@ def test_a_stiff_gear_is_followed_in_second_order_whatever_the_jacobian(share, e
     errors = [abs(at_one_second(step, share).gear[2] - exact) for step in (4e-3, 2e-3, 1e-3)]
     assert errors[2] < 1e-5 * abs(exact)
     assert errors[0] > 3.0 * errors[1] > 9.0 * errors[2]
-
-
-HAIR = 1e-7
-RUBBING = Linkage(friction=DryFriction(20.0, Dahl(0.01)))
-STEERINGS = {
-    "column": ColumnEps(linkage=RUBBING),
-    "rigid column with a worm": ColumnEps(torsion_bar=None, worm_gear=WormGear(), linkage=RUBBING),
-    "rack": RackEps(linkage=RUBBING),
-    "rack that rubs at the pinion": RackEps(friction_on_rack=False, motor_on_rack=False, linkage=RUBBING),
-    "by wire": SteerByWire(),
-    "superposed": ActiveFront(),
-    "demonstrator": Demonstrator(),
-}
-
-
-@pytest.mark.parametrize("name", STEERINGS)
-def test_friction_enters_as_its_derivative_by_the_angle(name):
-    steering = STEERINGS[name]
-    memory = rebuild(steering.remembered(), [0.5 for _ in leaves(steering.remembered())])
-    idle = Loads(0.0, 0.0, 0.0, (0.0,) * len(steering.actuators), 0.0, 0.0)
-    start = steering.stiff()
-    ahead = rebuild(start, [value + HAIR for _, value in leaves(start)])
-    whole = np.array(jacobian(lambda at: steering.derivative(at, start, memory, idle), ahead), dtype=float)
-    smooth = np.array(jacobian(lambda at: steering.derivative(at, at, memory, idle), ahead), dtype=float)
-    entries = np.zeros_like(whole)
-    place = [path for path, _ in leaves(start)].index
-    for (rate, angle), entry in steering.sticking(ahead, memory).items():
-        entries[place(rate), place(angle)] = entry
-    assert np.min(entries) < -50.0
-    np.testing.assert_allclose(whole - smooth, entries, rtol=1e-3, atol=1e-6 * np.max(np.abs(whole)))
 
 
 class Moving(NamedTuple):

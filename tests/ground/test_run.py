@@ -1,7 +1,7 @@
 """Runs of a virtual car on a course: how they are cut, recorded, changed while driving, and lost."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -14,7 +14,6 @@ from tierod_lab.ground.courses.roads import NaturalDrive
 from tierod_lab.ground.faults import AtTime, Fault, Offset, trigger_of
 from tierod_lab.ground.faults import Step as Jump
 from tierod_lab.ground.recorder import Recorder
-from tierod_lab.ground.steering.friction import MaxwellSlip
 
 CAR = EpsCar(chassis=SingleTrack())
 FEW = SensorSet.production().only(("steering_wheel_angle", "driver_torque", "motor_torque", "yaw_rate"))
@@ -83,17 +82,6 @@ def test_a_fault_waits_for_its_condition():
     assert wrong[-1] == pytest.approx(window["end"], abs=0.011)
 
 
-def test_an_item_of_a_tuple_of_parameters_changes_while_driving():
-    friction = replace(CAR.steering.friction, law=MaxwellSlip())
-    car = replace(CAR, steering=replace(CAR.steering, friction=friction))
-    fault = Fault("steering.friction.law.shares.0", Jump(0.0), AtTime(2.0))
-    fault_free, slack = (run(car, Turn(), sensors=IDEAL, faults=faults).recording for faults in ((), [fault]))
-    torque = slack["truth_friction_resistance"]
-    early = torque.time < 2.0 - 1e-9
-    assert np.array_equal(torque.values[early], fault_free["truth_friction_resistance"].values[early])
-    assert not np.array_equal(torque.values, fault_free["truth_friction_resistance"].values)
-
-
 @pytest.mark.parametrize(
     ("course", "seconds", "message"),
     [
@@ -106,13 +94,6 @@ def test_an_item_of_a_tuple_of_parameters_changes_while_driving():
 def test_wrong_options_are_refused_in_a_sentence(course, seconds, message):
     with pytest.raises(ParameterError, match=message):
         run(CAR, course, seconds)
-
-
-def test_parts_keep_the_step_of_their_car():
-    with pytest.raises(ParameterError, match=r"computed every 0.0005 s, but its 'driver.step_time' is 0.001 s"):
-        run(replace(CAR, step_time=5e-4), Turn(), sensors=IDEAL)
-    with pytest.raises(ParameterError, match="'step_time' is 0.005 s, but has to be 1e-05 to 0.002 s"):
-        run(replace(CAR, step_time=5e-3), Turn(), sensors=IDEAL)
 
 
 def recorded(outputs, columns, instants, seconds, sizes):
@@ -140,12 +121,3 @@ def test_channels_are_read_at_their_own_instants_whatever_the_pieces():
         assert np.array_equal(values, many[name])
     assert one["yaw_rate"] == pytest.approx(np.sin(instants["yaw_rate"]), abs=1e-6)
     assert np.array_equal(one["vehicle_speed"], (instants["vehicle_speed"]) ** 2)
-
-
-def test_sub_samples_are_put_in_a_row():
-    fine = np.arange(40_000) * 1e-4
-    outputs = np.sin(30.0 * fine).reshape(4000, 10)
-    columns = {"motor_current_alpha": list(range(10))}
-    instants = np.arange(39_990) * 1e-4
-    values = recorded(outputs, columns, {"motor_current_alpha": instants}, 4.0, [1500, 2500])
-    assert values["motor_current_alpha"] == pytest.approx(np.sin(30.0 * instants), abs=1e-12)

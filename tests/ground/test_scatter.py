@@ -56,9 +56,7 @@ def test_spread_is_the_one_asked_for():
     ("name", "together"),
     [
         ("two-track", ("chassis.kingpins.mechanical_trail", "chassis.front.tyre.trail")),
-        ("single-track", ("chassis.mechanical_trail", "chassis.contact_half_length")),
         ("rack", ("steering.pinion_damping", "steering.rack_damping", "steering.motor.damping")),
-        ("superposed", ("steering.column.damping", "steering.column.motor.damping")),
         (
             "demonstrator",
             ("steering.rack.rack_mass", "steering.rack.wheel_inertia", "steering.steering_motor_2.inertia"),

@@ -5,7 +5,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 from ground.rigs import Run
 from tierod.core.block import leaves, rebuild, skeleton
@@ -13,7 +12,7 @@ from tierod.core.graph import scan
 from tierod.core.graph.derivatives import jacobian
 from tierod_lab.ground.cars import Start
 from tierod_lab.ground.cars.benches import Acting, ColumnBench, ColumnMotion, MotorBench
-from tierod_lab.ground.cars.road_cars import ActiveFrontCar, DemonstratorCar, EpsCar, PmEpsCar, SteerByWireCar
+from tierod_lab.ground.cars.road_cars import ActiveFrontCar, DemonstratorCar, EpsCar, SteerByWireCar
 from tierod_lab.ground.chassis import SingleTrack, TwoTrack
 from tierod_lab.ground.control import ActiveReturn, AssistUnit, Characteristic
 from tierod_lab.ground.drivers import HumanDriver, Pedals
@@ -66,20 +65,6 @@ def test_left_is_positive_everywhere_and_right_mirrors_it(chassis):
     assert last(left, "wheel_speed_rear_right") > last(left, "wheel_speed_rear_left")
 
 
-def test_work_on_the_column_is_kinetic_energy_and_losses():
-    car = car_with(TwoTrack(), 15.0, level=8.0)
-    out = scan(car, inputs(car, 20.0, 15.0, demand__steering_wheel_angle=lambda t: 0.8 * np.sin(2.0 * t)))
-    steering, motor = car.steering, car.steering.motor
-    rate = series(out, "motor_speed") / motor.ratio
-    tie_rods = series(out, "rack_force") * series(out, "rack_speed")
-    power_in = (series(out, "driver_torque") + motor.ratio * series(out, "motor_torque")) * rate
-    damping = steering.damping + motor.ratio**2 * motor.damping
-    lost = (series(out, "truth_friction_resistance") + damping * rate) * rate + tie_rods
-    inertia = steering.column_inertia + motor.ratio**2 * motor.inertia
-    kinetic = 0.5 * inertia * (rate[-1] ** 2 - rate[0] ** 2)
-    assert np.trapezoid(power_in, dx=STEP) == pytest.approx(np.trapezoid(lost, dx=STEP) + kinetic, rel=0.01)
-
-
 @pytest.mark.parametrize("chassis", CHASSIS, ids=KINDS)
 def test_hands_off_the_wheel_returns_until_friction_holds_it(chassis):
     for level, left in ((1.0, 0.6), (0.0, 0.05)):
@@ -117,26 +102,6 @@ def test_a_step_of_a_millisecond_is_of_second_order_and_short_enough(chassis, le
         first, second = (np.std(series(each, name)[::k] - exact) for each, k in ((coarse, 1), (quarter, 4)))
         assert first < 1e-3 * np.std(exact), name
         assert first > 10.0 * second, name
-
-
-DRIVEN = PmEpsCar(chassis=SingleTrack(), start=Start(12.0))
-DRIVEN_STEPS = 4000
-DRIVEN_INPUTS = {
-    "demand__speed": 12.0,
-    "demand__steering_wheel_angle": 1.2 * np.sin(3.0 * np.arange(DRIVEN_STEPS) * 1e-3),
-}
-
-
-@cache
-def swinging(**inputs):
-    return Run(DRIVEN, DRIVEN_STEPS, **DRIVEN_INPUTS, **inputs)
-
-
-def test_it_steers_as_the_car_with_a_lag_for_a_motor():
-    plain = Run(EpsCar(chassis=SingleTrack(), start=Start(12.0)), DRIVEN_STEPS, **DRIVEN_INPUTS)
-    for name in ("steering_wheel_angle", "yaw_rate", "motor_torque"):
-        error = swinging()[name] - plain[name]
-        assert np.sqrt(np.mean(error**2)) < 0.05 * np.std(plain[name]), name
 
 
 pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")
@@ -203,10 +168,6 @@ def driven(car=CAR, **inputs):
     )
 
 
-def fault(value, before=1.0):
-    return np.where(TIME < 4.0, before, value)
-
-
 @cache
 def winding():
     return driven()
@@ -222,26 +183,6 @@ def test_it_follows_the_road_and_keeps_its_speed():
     np.testing.assert_allclose(
         angle / 19.7, 0.5 * (run["road_wheel_angle_left"] + run["road_wheel_angle_right"]), atol=1e-3
     )
-
-
-def test_the_tie_rods_carry_what_the_shaft_does_not():
-    """Quasi-static balance: F = k_R S + d_R S' on the one side, (M - M_FR) / g on the other, and inertia small."""
-    run = winding()
-    rack = 31227.0 * run["rack_position"] + 22867.0 * run["rack_speed"]
-    pushed = (run["steering_shaft_torque"] - run["truth_friction_resistance"]) * 146.12
-    inertia = 146.12 * 0.040 * run["truth_steering_wheel_acceleration"]
-    left = pushed - inertia - rack - run["tie_rod_force"]
-    assert np.sqrt(np.mean(left[500:] ** 2)) < 0.03 * np.std(run["tie_rod_force"])
-
-
-def test_one_steering_motor_is_enough_and_asks_for_more():
-    run, fault_free = driven(ports__steering_motor_1_torque__gain=fault(0.0)), winding()
-    assert np.max(np.abs(run["steering_motor_1_torque"][4100:])) < 1e-6
-    assert np.max(np.abs(run["truth_lateral_offset"])) < 0.5
-    more = np.std(run["steering_motor_2_target_torque"][5000:]) / np.std(
-        fault_free["steering_motor_2_target_torque"][5000:]
-    )
-    assert more > 1.5
 
 
 TABLE_3 = (
@@ -271,26 +212,6 @@ def test_it_has_the_published_eigenvalues():
     np.testing.assert_allclose(ordered(np.linalg.eigvals(linear_bench(SMOOTH))), ordered(TABLE_3), atol=1e-5)
     relative = np.abs(np.subtract(ordered(np.linalg.eigvals(linear_bench(SMOOTH))), ordered(TABLE_3)))
     assert np.max(relative / np.maximum(np.abs(ordered(TABLE_3)), 1.0)) < 1e-6
-
-
-def test_with_friction_it_follows_a_fine_integration():
-    """Dahl's law as a differential equation of its own, by SciPy."""
-    bench, time = ColumnBench(), np.arange(400) * 1e-3
-    torque = 0.4 * np.sin(2.0 * np.pi * 3.0 * time)
-    run = Run(bench, len(time), motor_torque=torque)
-
-    def slope(now, state):
-        motion, share = ColumnMotion(*state[:6]), state[6]
-        free = replace(bench, friction=DryFriction(level=0.0))
-        given = 0.4 * np.sin(2.0 * np.pi * 3.0 * (np.floor(now * 1e3 + 1e-9) * 1e-3))
-        rates = free.derivative(motion, motion, 0.0, given - bench.friction.level * share, IDLE)
-        bristle = motion.motor_rate / bench.friction.law.angle
-        return [*rates, bristle - abs(bristle) * share]
-
-    fine = solve_ivp(slope, (0.0, time[-1]), [0.0] * 7, t_eval=time, max_step=1e-4, rtol=1e-6)
-    scale = np.max(np.abs(fine.y[1]))
-    np.testing.assert_allclose(run["motor_angle_mechanical"], fine.y[1], atol=2e-3 * scale)
-    np.testing.assert_allclose(run["truth_motor_friction_torque"], 0.1 * fine.y[6], atol=2e-3)
 
 
 MOTOR_BENCH = MotorBench()

@@ -1,19 +1,14 @@
 """Virtual cars as files, and what they are made of by name."""
 
-import importlib
-import pkgutil
-
 import pytest
 
 from tierod.core.errors import ParameterError
 from tierod.core.fields import numbers
 from tierod.core.graph.trace import trace
 from tierod.core.signals import SIGNALS
-from tierod.core.toml import Document, kind_name
-from tierod_lab.ground import cars
-from tierod_lab.ground.cars import Car
+from tierod.core.toml import Document
 from tierod_lab.ground.cars.benches import ColumnBench, MotorBench
-from tierod_lab.ground.cars.catalogue import KINDS, Choice, by_path, load, shipped, with_parts
+from tierod_lab.ground.cars.catalogue import Choice, by_path, load, shipped, with_parts
 from tierod_lab.ground.cars.road_cars import ActiveFrontCar, DemonstratorCar, EpsCar, PmEpsCar, SteerByWireCar
 from tierod_lab.ground.chassis import SingleTrack, TwoTrack
 from tierod_lab.ground.recorder import channel_names
@@ -105,17 +100,6 @@ def test_a_part_that_is_replaced_keeps_what_the_file_says(mine):
     assert car.chassis.mass == 1500.0
     assert car.chassis.yaw_inertia == SingleTrack().yaw_inertia
     assert car.steering.friction.level == 3.0
-
-
-def test_every_car_can_be_named_in_a_file():
-    for module in pkgutil.iter_modules(cars.__path__):
-        importlib.import_module(f"{cars.__name__}.{module.name}")
-    found, waiting = set(), [Car]
-    while waiting:
-        below = waiting.pop().__subclasses__()
-        waiting += below
-        found.update(below)
-    assert {kind_name(each) for each in found} <= set(KINDS)
 
 
 def test_a_part_that_a_car_cannot_do_without_is_refused_at_its_line():

@@ -23,22 +23,6 @@ SMOOTH = DryFriction(level=0.0)
 PLAIN = AssistUnit(active_return=ActiveReturn(gain=0.0), damping=0.0)
 
 
-def held(unit, torque, speed=0.0, steps=200, angle=0.0, rate=0.0):
-    """Requests under a constant driver's torque."""
-    memory, requests = unit.remembered(), []
-    for _ in range(steps):
-        memory, request = unit.decide(memory, torque, speed, angle, rate)
-        requests.append(request)
-    return np.array(requests)
-
-
-def test_request_keeps_its_limit_and_its_rate():
-    requests = held(replace(PLAIN, maximum_torque=40.0, torque_rate=1000.0), 20.0)
-    assert np.max(requests) == pytest.approx(2.0)
-    assert np.max(np.diff(requests, prepend=0.0)) == pytest.approx(1000.0 * 1e-3 / 20.0)
-    assert requests[38] < 2.0
-
-
 @pytest.mark.parametrize("frequency", [1.0, 10.0, 60.0])
 def test_lead_filter_has_its_frequency_response(frequency):
     """(1 + lead s) / (1 + lag s) with Tustin's s = 2 (z - 1) / (T (z + 1))."""
@@ -120,13 +104,6 @@ def follow(control, target, disturbance=0.0, inertia=0.05, damping=0.5):
         angles.append(angle)
         torques.append(torque)
     return np.array(angles), np.array(torques)
-
-
-def test_it_reaches_a_step_and_stays():
-    angles, _ = follow(CONTROL, np.full(3000, 0.2))
-    assert angles[-1] == pytest.approx(0.2, abs=1e-4)
-    assert 0.2 < np.max(angles) < 0.24
-    assert np.argmax(angles > 0.18) < 150
 
 
 def test_the_limit_holds_and_nothing_winds_up():

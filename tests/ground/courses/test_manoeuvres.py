@@ -5,19 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from tierod_lab.ground.courses.bench import BenchHands, BenchMultisine, BenchRamps, BenchSweep
+from tierod_lab.ground.courses.bench import BenchMultisine, BenchRamps, BenchSweep
 from tierod_lab.ground.courses.course import (
-    Adhesion,
-    Attention,
-    Breeze,
     During,
-    Grip,
-    Gusts,
-    HandTorque,
-    Restlessness,
-    Slope,
-    Tremor,
-    Unevenness,
 )
 from tierod_lab.ground.courses.manoeuvres import LockToLock, RandomSteer, SineSteer
 
@@ -56,10 +46,6 @@ TIME = np.arange(0.0, 20.0, 0.01)
 PLACE = 10.0 * TIME
 
 
-def act(condition, seed=0):
-    return condition.acting(np.random.default_rng(seed))(TIME, PLACE)
-
-
 def test_a_ramp_is_smooth_and_symmetric():
     share = During(5.0, 9.0, ramp=1.0).share(TIME, PLACE)
     assert share[TIME.searchsorted(5.5)] == pytest.approx(0.5, abs=0.01)
@@ -68,50 +54,6 @@ def test_a_ramp_is_smooth_and_symmetric():
     inside = (TIME > 5.0) & (TIME < 9.0)
     assert np.all(share[~inside] == 0.0)
     assert np.allclose(share[inside], np.flip(share[inside]), atol=2e-2)
-
-
-@pytest.mark.parametrize(
-    ("condition", "levels"),
-    [
-        (Adhesion(left=0.3), {"road.adhesion_left": 0.3, "road.adhesion_right": 1.0}),
-        (Slope(bank=0.05, grade=-0.1), {"road.bank_angle": 0.05, "road.grade_angle": -0.1}),
-        (Breeze(crosswind=-15.0), {"wind.crosswind_speed": -15.0, "wind.headwind_speed": 0.0}),
-        (HandTorque(torque=2.0), {"demand.hand_torque": 2.0}),
-        (Grip(), {"demand.grip": 0.0}),
-        (Attention(share=0.2), {"demand.attention": 0.2}),
-    ],
-)
-def test_steady_conditions_set_their_columns(condition, levels):
-    columns = act(condition)
-    assert {name: (values.min(), values.max()) for name, values in columns.items()} == {
-        name: (pytest.approx(level), pytest.approx(level)) for name, level in levels.items()
-    }
-
-
-@pytest.mark.parametrize(
-    ("condition", "name", "deviation"),
-    [
-        (Restlessness(deviation=0.1), "demand.steering_wheel_angle", 0.1),
-        (Gusts(deviation=3.0), "wind.crosswind_speed", 3.0),
-        (Unevenness(deviation=0.01), "road.bank_angle", 0.01),
-        (Tremor(deviation=0.5), "demand.hand_torque", 0.5),
-    ],
-)
-def test_random_conditions_have_their_size_and_no_mean(condition, name, deviation):
-    time = np.arange(0.0, 2000.0, 0.01)
-    values = condition.acting(np.random.default_rng(1))(time, 10.0 * time)[name]
-    # Between its knots a smooth curve is the mean of two: its overall variance is 26/35 of theirs.
-    assert np.std(values) == pytest.approx(deviation * math.sqrt(26.0 / 35.0), rel=0.1)
-    assert abs(np.mean(values)) < 0.1 * deviation
-
-
-def test_tremor_has_its_frequency():
-    time = np.arange(0.0, 200.0, 0.01)
-    torque = Tremor(frequency=9.0).acting(np.random.default_rng(1))(time, time)["demand.hand_torque"]
-    power = np.abs(np.fft.rfft(torque)) ** 2
-    frequency = np.fft.rfftfreq(len(time), 0.01)
-    assert np.sum(power * frequency) / np.sum(power) == pytest.approx(9.0, abs=0.2)
-    assert np.sum(power[np.abs(frequency - 9.0) < 2.0]) > 0.9 * np.sum(power)
 
 
 def frequency(sweep, at):
@@ -147,13 +89,3 @@ def test_a_multisine_has_the_power_of_one_sine_and_no_high_peak():
     _, torque = torque_of(BenchMultisine(amplitude=0.3, settle=0.0, time=60.0))
     assert np.std(torque) == pytest.approx(0.3 / math.sqrt(2.0), rel=0.02)
     assert np.max(np.abs(torque)) < 4.0 * np.std(torque)
-
-
-def test_hands_come_and_go_within_their_times():
-    course = BenchHands(time=400.0, shortest=2.0, longest=8.0, seed=3)
-    times = np.diff(course.switches, prepend=0.0)
-    assert 2.0 <= times.min() < times.max() <= 8.0
-    middles = course.switches[:-1] + 0.5 * times[1:]
-    present, hold = course.held(middles)
-    assert present.tolist() == [1.0, 0.0] * (len(middles) // 2) + [1.0] * (len(middles) % 2)
-    assert hold[::2].tolist() == list(range(len(middles[::2])))

@@ -138,12 +138,3 @@ def test_a_lap_of_a_round_stays_in_the_lane(name):
     )
     assert np.max(np.abs(truth["truth_distance"] - planned)) < 6.0
     assert np.max(np.abs(truth["truth_centre_lateral_acceleration"])) > 0.9 * course.lateral_acceleration
-
-
-def test_hands_off_is_no_torque():
-    course = load("straight-hands-off")
-    truth = driven(course, 11.0)
-    free = slice(650, 950)
-    assert np.std(truth["truth_hand_torque"][free]) < 0.2, "tremor is all that is left"
-    quiet = driven(type(course)(conditions=course.conditions[2:]), 11.0)
-    assert not quiet["truth_hand_torque"][free].any()

@@ -183,11 +183,6 @@ def test_a_contradiction_with_the_car_is_refused_with_its_line(text, line, words
     assert str(caught.value).startswith(f"drive.toml, line {line}: ")
 
 
-def test_a_fault_made_in_python_is_called_by_its_name():
-    with pytest.raises(ParameterError, match="fault 'yaw_rat total-loss': the car has no 'yaw_rat'"):
-        Schedule([Fault("yaw_rat", TotalLoss())], Car(), SENSORS, 0, 10.0)
-
-
 def test_a_shipped_fault_is_changed_by_what_the_table_says():
     usual = load("friction-step").fault
     changed = one("use = 'friction-step'\nsize = '9 N*m'\nstart = 3\nduration = 2\nname = 'mine'")

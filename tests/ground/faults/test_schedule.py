@@ -28,7 +28,6 @@ from tierod_lab.ground.faults import (
     Stuck,
     TorqueLoss,
     TotalLoss,
-    When,
     Within,
     injected,
 )
@@ -205,10 +204,4 @@ def _recording() -> Recording:
 )
 def test_what_is_not_recorded_cannot_fail(fault, said):
     with pytest.raises(ParameterError, match=said):
-        injected(_recording(), [fault])
-
-
-def test_a_condition_is_not_waited_for():
-    fault = Fault("yaw_rate", Offset(0.1), When("yaw_rate > 0.5 rad/s"))
-    with pytest.raises(ParameterError, match="does not wait"):
         injected(_recording(), [fault])

@@ -122,13 +122,6 @@ def test_energy_goes_in_and_is_accounted_for():
     assert 0.1 < (viscous + dry) / electric < 0.9
 
 
-@pytest.mark.parametrize("error", [-0.4, 0.25])
-def test_a_false_angle_turns_the_current_away(error):
-    run = Run(bench(smooth()), 100, motor_torque=1.0, locked=1.0, ports__motor_angle_mechanical__offset=error / 4.0)
-    assert run["motor_torque"][-1] == pytest.approx(math.cos(error), rel=2e-3)
-    assert not np.any(run["motor_angle_mechanical"])
-
-
 def test_the_winding_warms_up_to_the_closed_form():
     warming = Warming(winding_capacity=0.5, housing_capacity=0.4, ambient_temperature=293.15)
     motor = replace(smooth(flux=AFS_MOTOR.machine.flux), warming=warming)

@@ -3,7 +3,6 @@ import math
 import numpy as np
 import pytest
 
-from tierod.core.errors import ParameterError
 from tierod.core.toml import Document, build
 from tierod_lab.ground import Sensor
 from tierod_lab.ground.sensors import SensorSet, gauss_markov, lost_frames, random_walk
@@ -90,12 +89,3 @@ def test_a_table_changes_what_it_names():
     assert changed["steering_wheel_angle"] == Sensor(noise=math.radians(0.2), quantum=math.radians(0.1))
     assert changed["sideslip_angle"] == Sensor(quantum=0.01)
     assert changed["driver_torque"] == SensorSet.production()["driver_torque"]
-
-
-def test_a_preset_of_ones_own(tmp_path):
-    (tmp_path / "mine.toml").write_text("preset = 'ideal'\n[yaw_rate]\nnoise = 0.5\n")
-    path = tmp_path / "drive.toml"
-    assert read("[sensors]\npreset = 'mine.toml'", path)["yaw_rate"].noise == 0.5
-    (tmp_path / "mine.toml").write_text("\n[yaw_rat]\nnoise = 0.5\n")
-    with pytest.raises(ParameterError, match=r"mine.toml, line 2: .*did you mean 'yaw_rate'"):
-        read("[sensors]\npreset = 'mine.toml'", path)

@@ -13,7 +13,7 @@ from tierod_lab.ground.parts import Loads
 from tierod_lab.ground.steering import Linkage, Motor, Ripple, TorsionBar
 from tierod_lab.ground.steering.column_eps import ColumnEps, Rotor, WormGear
 from tierod_lab.ground.steering.friction import Coulomb, Dahl, DahlPower, DryFriction, LuGre, MaxwellSlip, Stribeck
-from tierod_lab.ground.steering.rack_eps import Mesh, RackEps, demonstrator_rack
+from tierod_lab.ground.steering.rack_eps import demonstrator_rack
 
 SMOOTH = DryFriction(level=0.0)
 PARALLEL = Linkage(ackermann_gain=0.0)
@@ -144,24 +144,3 @@ def test_demonstrator_has_the_modes_of_its_printed_parameters():
     np.testing.assert_allclose(poles, np.sort_complex(np.linalg.eigvals(np.array(system))), rtol=1e-6)
     assert np.max(np.abs(poles.imag)) / (2.0 * math.pi) == pytest.approx(667.0, abs=1.0)
     assert sorted(poles.real)[-2:] == pytest.approx([-22.4, -1.45], abs=0.02)
-
-
-@pytest.mark.parametrize("motor_on_rack", [True, False])
-@pytest.mark.parametrize("friction_on_rack", [True, False])
-def test_slow_turns_are_those_of_a_column(motor_on_rack, friction_on_rack):
-    linkage = Linkage(friction=DryFriction(10.0))
-    column = ColumnEps(column_inertia=4e-4, damping=0.1, linkage=linkage)
-    rack = RackEps(
-        rack_mass=1e-3,
-        rack_damping=0.0,
-        mesh=Mesh(1e9, 1e4),
-        motor_on_rack=motor_on_rack,
-        friction_on_rack=friction_on_rack,
-        linkage=linkage,
-    )
-    result = {"hand_torque": lambda t: 9.0 * np.sin(2.0 * t), "motor_torque": lambda t: 0.3 * np.sin(2.0 * t)}
-    runs = [Rig(steering, kingpin_stiffness=3000.0).run(6.0, **result)[1] for steering in (column, rack)]
-    for name in runs[0].names:
-        if name != "truth_steering_wheel_acceleration":
-            scale = np.max(np.abs(runs[0][name]))
-            np.testing.assert_allclose(runs[1][name], runs[0][name], atol=0.01 * scale, err_msg=name)

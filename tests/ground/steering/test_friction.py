@@ -90,20 +90,6 @@ def test_law_is_its_differential_equation_and_its_loop_the_friction_work(law, pe
     assert area == pytest.approx(fine, rel=0.01)
 
 
-@pytest.mark.parametrize("law", LAWS, ids=IDS)
-@pytest.mark.parametrize("rate", [-0.05, 0.05])
-def test_slope_is_the_growth_of_the_share_over_the_way_that_follows(law, rate):
-    turned = math.copysign(1e-8, rate)
-    for before in (-0.04, 0.003, 0.5):
-        memory = law.advance(law.remembered(), before, rate)
-        grown = (law.share(memory, turned, rate) - law.share(memory, 0.0, rate)) / turned
-        damping = (
-            1.0 - 2e-3 * abs(rate) / law.angle / law.advance(0.0, 9.0, abs(rate)) if isinstance(law, LuGre) else 1.0
-        )
-        assert damping * law.slope(memory, rate) == pytest.approx(grown, rel=1e-4, abs=1e-3)
-        assert law.slope(memory, 0.0) > 0.0
-
-
 def sliding(friction, direction, angle=0.0, load=1.0):
     memory = friction.advance(friction.remembered(), direction * 3.0, direction * 2.0, load, angle)
     return friction.torque(memory, 0.0, direction * 2.0, load, angle)

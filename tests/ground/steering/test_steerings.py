@@ -1,15 +1,13 @@
 """Superposition and the demonstrator's steering against their published equations, linkage and motor."""
 
-import math
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from tierod_lab.ground.parts import Loads
-from tierod_lab.ground.steering import Linkage, Motor, SpeedLimit, Wheel, driving_limit, torque_ripple
+from tierod_lab.ground.steering import Linkage, Wheel, driving_limit
 from tierod_lab.ground.steering.column_eps import ActiveFront
 from tierod_lab.ground.steering.friction import DryFriction
 from tierod_lab.ground.steering.rack_eps import Demonstrator, demonstrator_rack
@@ -99,19 +97,3 @@ def test_friction_of_the_kingpins_at_the_pinion():
 )
 def test_torque_falls_between_base_and_no_load_speed(speed, torque):
     assert driving_limit(speed, 3.0, 150.0, 350.0) == pytest.approx(torque)
-
-
-def test_ripple_has_its_order_and_grows_with_the_torque():
-    angle = np.linspace(0.0, 2.0 * math.pi, 1000, endpoint=False)
-    ripple = torque_ripple(angle, 2.0, 0.01, 0.02, 24.0)
-    spectrum = np.abs(np.fft.rfft(ripple)) / 500.0
-    assert np.argmax(spectrum) == 24
-    assert spectrum[24] == pytest.approx(0.05)
-    assert abs(np.mean(ripple)) < 1e-12
-
-
-def test_voltage_limits_driving_but_not_braking():
-    motor = Motor(lag=1e-3, maximum_torque=3.0, speed_limit=SpeedLimit(150.0, 350.0))
-    assert motor.torque_rate(0.0, 9.0, 250.0) == pytest.approx(1500.0)
-    assert motor.torque_rate(0.0, -9.0, 250.0) == pytest.approx(-3000.0)
-    assert motor.torque_rate(0.0, -9.0, -400.0) == 0.0

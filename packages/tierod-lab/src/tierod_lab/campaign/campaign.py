@@ -69,11 +69,7 @@ def shipped() -> tuple[str, ...]:
 
 
 def load(name_or_path: str | Path) -> Campaign:
-    """The campaign of a shipped name or of a file.
-
-    Args:
-        name_or_path: a name that `shipped` lists, or the path of a campaign file (.toml)
-    """
+    """The campaign of a shipped name or of a file."""
     return from_document(Document.read(_find(str(name_or_path)), "campaign"))
 
 

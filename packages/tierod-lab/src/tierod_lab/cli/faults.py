@@ -42,7 +42,7 @@ def _document(file: FaultFile) -> dict[str, Any]:
         "source": file.source,
         "effects": [{"element": each.element, "behaviour": described(each.behaviour)} for each in fault.effects],
         "trigger": trigger_table(fault.trigger),
-        "duration": fault.duration or fault.behaviour.usual_duration,
+        "duration": fault.lasts,
     }
 
 

@@ -10,13 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cache
-from typing import Annotated, Generic, NamedTuple, Protocol, TypeAlias
+from typing import Annotated, Any, Generic, NamedTuple, Protocol, TypeAlias
 
 from typing_extensions import TypeVar
 
 from tierod.core.block import Block, Scalar, Tree, named_tuple
 from tierod.core.fields import NOT_NEGATIVE, SHARE, Range
 from tierod.core.graph.maths import where
+from tierod.core.signals import SIGNALS
 
 Motion: TypeAlias = Tree  # State of a part's differential equations, a tree of numbers
 
@@ -258,6 +259,17 @@ class Driver(Protocol):
 
     def derivative(self, motion: Motion, intent: Intent, hand: Hand, demand: Demand) -> Motion:
         """Rate of change of the muscles' and other continuous states."""
+
+
+def signals(name: str, listed: str) -> Any:
+    """NamedTuple class of signals before sensors, and of quantities without a sensor (`truth_`).
+
+    Args:
+        listed: names in order; one that is no canonical signal carries its unit: "yaw_rate truth_speed[m/s]"
+    """
+    pairs = (each.removesuffix("]").partition("[") for each in listed.split())
+    units = {own: unit if mark else SIGNALS[own].unit for own, mark, unit in pairs}
+    return named_tuple(name, [(own, Annotated[Scalar, unit]) for own, unit in units.items()])
 
 
 @cache

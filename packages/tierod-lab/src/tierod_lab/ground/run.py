@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import operator
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -30,18 +30,14 @@ from tierod_lab.ground.integration import Varied, path_of
 from tierod_lab.ground.parts import Plant
 from tierod_lab.ground.recorder import Readings, Recorder, channel_names, declared_units, generator, true_channels
 from tierod_lab.ground.scatter import Scatter
-from tierod_lab.ground.sensors import Sensor, SensorSet
+from tierod_lab.ground.sensors import SensorSet
 
 
 class Foresight:
-    """Predicts distance and speed over one piece of a run, without a jump where the true values correct the prediction.
+    """Predicts distance [m] and speed [m/s] over one piece of a run, without a jump where the true values correct it.
 
     The driver model reads the curvature of the path at the predicted distance; a jump of a few centimetres there would
     become a jump of the steering target.
-
-    Args:
-        distance: initial distance along the path [m]
-        speed: initial speed [m/s]
     """
 
     def __init__(self, distance: float, speed: float):
@@ -49,23 +45,12 @@ class Foresight:
         self._foreseen = distance, speed
 
     def look(self, distance: float, speed: float, after: float) -> None:
-        """Correct the prediction by the true distance and speed of the car.
-
-        Args:
-            distance: distance along the path [m]
-            speed: speed [m/s]
-            after: time since the last correction [s]
-        """
+        """Correct the prediction by the true distance and speed, a time [s] after the last correction."""
         self._acceleration = (speed - self._speed) / after
         self._distance, self._speed = distance, speed
 
     def over(self, time: np.ndarray, until: float) -> tuple[np.ndarray, np.ndarray]:
-        """Distance [m] and speed [m/s] at instants after the last correction, whose jump fades linearly.
-
-        Args:
-            time: times since the last correction [s], (n,)
-            until: time from the last to the next correction [s]
-        """
+        """Distance and speed at times since the last correction [s], whose jump fades linearly until the next one."""
         wrong = [seen - now for seen, now in zip(self._foreseen, (self._distance, self._speed), strict=True)]
         left = 1.0 - time / until
         self._foreseen = self._at(until)
@@ -132,26 +117,24 @@ def run(
     channels |= true_channels(truths, readings.sensors, described)
     if diverged_at is not None:
         channels = {name: _until(each, diverged_at) for name, each in channels.items()}
-    provenance = _provenance(car, readings.sensors, schedule)
-    provenance |= {"course": course.name, "seed": seed, "seconds": seconds, "diverged_at": diverged_at}
+    provenance = {
+        "source": "tierod virtual test vehicle",
+        "car": type(car).__name__,
+        "vehicle": dict(tuning(car)),
+        "sensors": {name: dataclasses.asdict(sensor) for name, sensor in readings.sensors.items()},
+        "faults": list(schedule.provenance),
+        "course": course.name,
+        "seed": seed,
+        "seconds": seconds,
+        "diverged_at": diverged_at,
+    }
     recording = Recording(channels, provenance | dict(metadata or {}))
     return Outcome(recording, diverged_at, schedule.windows, drive.reason)
 
 
 def started(car: Plant, course: Course) -> Plant:
-    """Car with the initial state of a course."""
     begun: Plant = replaced(car, {"start": course.start}) if hasattr(car, "start") else car
     return begun
-
-
-def _provenance(car: Plant, sensors: Mapping[str, Sensor], schedule: Schedule) -> dict[str, Any]:
-    return {
-        "source": "tierod virtual test vehicle",
-        "car": type(car).__name__,
-        "vehicle": dict(tuning(car)),
-        "sensors": {name: dataclasses.asdict(sensor) for name, sensor in sensors.items()},
-        "faults": list(schedule.provenance),
-    }
 
 
 def _require_fault_free(car: Plant, seconds: float) -> None:
@@ -160,12 +143,17 @@ def _require_fault_free(car: Plant, seconds: float) -> None:
             f"a run needs a positive, finite duration of at least {car.step_time:g} s, not {seconds} s"
         )
     check_ranges(car)
+    if wrong := unequal_steps(car):
+        raise ParameterError(wrong)
+
+
+def unequal_steps(car: Plant) -> str:
+    """Message about a part that is computed with another step than its car; "" if there is none."""
     for path, value in tuning(car):
         if path.endswith(".step_time") and value != car.step_time:
-            raise ParameterError(
-                f"{type(car).__name__} is computed every {car.step_time:g} s, but its '{path}' is {value:g} s; make "
-                "them equal"
-            )
+            of_car = f"{type(car).__name__} is computed every {car.step_time:g} s"
+            return f"{of_car}, but its '{path}' is {value:g} s; make them equal"
+    return ""
 
 
 class _Run:
@@ -190,11 +178,7 @@ class _Run:
 
     @contextmanager
     def begun(self, seconds: float) -> Iterator[None]:
-        """Context that opens and closes the unit of another tool that computes the vehicle, if there is one.
-
-        Args:
-            seconds: duration of the run [s]
-        """
+        """Context of a run [s] that opens and closes the unit of another tool, if one computes the car."""
         make = getattr(self.car, "coupled", None)
         if make is None:
             yield
@@ -235,19 +219,17 @@ class _Run:
     def _piece(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray, done: int) -> np.ndarray:
         samples = self.samples[: len(time)]
         samples[:] = self.usual
-        self._set(samples, self.course.columns(time, distance, speed, self.ahead), f"the course '{self.course.name}'")
-        said = partial(self._said, samples)
-        self._set(samples, self.schedule.inputs(time, said), "a fault")
+        for name, values in self.course.columns(time, distance, speed, self.ahead).items():
+            samples[:, self._column(name, f"the course '{self.course.name}'")] = values
+
+        def said(name: str) -> np.ndarray:
+            return samples[:, self._column(name, "a fault")]
+
+        for name, values in self.schedule.inputs(time, said).items():
+            said(name)[:] = values
         outputs = np.empty((len(time), len(self.kernel.graph.output)))
         rows = self.advance(self.memory, samples, outputs, done)
         return outputs[:rows]
-
-    def _set(self, samples: np.ndarray, columns: Mapping[str, np.ndarray], whose: str) -> None:
-        for name, values in columns.items():
-            samples[:, self._column(name, whose)] = values
-
-    def _said(self, samples: np.ndarray, name: str) -> np.ndarray:
-        return samples[:, self._column(name, "a fault")]
 
     def _column(self, name: str, whose: str) -> int:
         if name not in self.index:
@@ -292,16 +274,15 @@ class FrictionCourse:
     levels: tuple[float, ...]  # friction torque at the column at each corner [N*m], not negative
 
     def __post_init__(self) -> None:
-        if not self.times or len(self.times) != len(self.levels):
+        times = self.times
+        if not times or len(times) != len(self.levels):
             raise ParameterError(
-                f"a friction course has {len(self.times)} times and {len(self.levels)} levels; give one level per time"
+                f"a friction course has {len(times)} times and {len(self.levels)} levels; give one level per time"
             )
-        if any(later < earlier for earlier, later in zip(self.times, self.times[1:], strict=False)):
-            raise ParameterError(f"the times of a friction course run backwards: {self.times}; put them in order")
-        if any(first == last for first, last in zip(self.times, self.times[2:], strict=False)):
-            raise ParameterError(
-                f"a friction course has three corners at one instant: {self.times}; leave the middle out"
-            )
+        if list(times) != sorted(times):
+            raise ParameterError(f"the times of a friction course run backwards: {times}; put them in order")
+        if any(map(operator.eq, times, times[2:])):
+            raise ParameterError(f"a friction course has three corners at one instant: {times}; leave the middle out")
         if not all(0.0 <= level < float("inf") for level in self.levels):
             raise ParameterError(f"friction levels must be finite and not negative, not {self.levels} N*m")
 
@@ -415,7 +396,9 @@ def _recorded(
     car = with_friction(car, levels.levels[0])
     faults = () if len(set(levels.levels)) == 1 else (Fault(element=LEVEL, behaviour=levels.behaviour()),)
     measured = SensorSet.production().only(CHANNELS) if sensors is None else sensors
-    said = {"friction": dataclasses.asdict(levels), "stretches": _stretches(course)} | (metadata or {})
+    drawn = course.stretches if isinstance(course, NaturalDrive) else ()
+    stretches = [(place, type(kind).__name__.lower()) for place, kind in drawn] or None  # (start [m], kind) of each
+    said = {"friction": dataclasses.asdict(levels), "stretches": stretches} | (metadata or {})
     outcome = run(car, course, None, seed, measured, faults, scatter, said)
     if outcome.diverged_at is not None:
         raise ParameterError(
@@ -423,13 +406,6 @@ def _recorded(
             "check its parameters, or take `run`, which keeps what was recorded until then"
         )
     return outcome.recording
-
-
-def _stretches(course: Course) -> list[tuple[float, str]] | None:
-    """(start [m], kind) of every stretch of a natural drive."""
-    if not isinstance(course, NaturalDrive):
-        return None
-    return [(place, type(kind).__name__.lower()) for place, kind in course.stretches]
 
 
 def with_friction(car: EpsCar, level: float) -> EpsCar:

@@ -143,7 +143,6 @@ class Scatter(UsualScatter):
         return cls(**vars(own), parameters=spreads, origin=(document, place))
 
     def draw(self, car: Drawn, sensors: SensorSet, generator: np.random.Generator) -> tuple[Drawn, SensorSet]:
-        """A car and its sensors, drawn around the given ones."""
         known = _known(car, sensors)
         spreads = self._fitted(known)
         changes = dict(self.usual(known, generator))

@@ -40,12 +40,9 @@ def campaign(
     """Run the missing drives of a campaign, and write cells.parquet, campaign.json and report.html.
 
     Args:
-        campaign: name listed by `tierod campaign`, the path of a campaign file, or a loaded campaign
         folder: for recordings, verdicts and report; a partly completed campaign in it is continued
         workers: number of processes; None for one per core
         scheduler: address of a Dask scheduler whose workers run the drives; they must have access to the folder
-        summary_only: only write table and report of the drives that exist
-        command: command line of the user, for the report
     """
     chosen = campaign if isinstance(campaign, Campaign) else load(campaign)
     # Workers of a cluster have working directories of their own.
@@ -69,11 +66,7 @@ def campaign(
 
 
 def compare(first: str | Path, second: str | Path, folder: str | Path, *, command: str = "") -> Outcome:
-    """Compare two campaigns drive by drive, and write comparison.json and comparison.html.
-
-    Args:
-        command: command line of the user, for the report
-    """
+    """Compare two campaigns drive by drive, and write comparison.json and comparison.html."""
     folders, target = (Path(first), Path(second)), Path(folder)
     content = comparison.document(comparison.compare(*folders), folders, command)
     target.mkdir(parents=True, exist_ok=True)

@@ -32,6 +32,7 @@ from tierod_lab.ground.parts import (
     Wind,
     pass_through,
     ports_type,
+    signals,
 )
 from tierod_lab.ground.parts import Motion as PartMotion
 from tierod_lab.ground.powertrain import Powertrain
@@ -61,45 +62,18 @@ class InertialUnit:
 ROLLING = 0.5  # Speed below which the sideslip angle is set to zero [m/s]
 
 
-class Body(NamedTuple):
-    """Signals of body and wheels before sensors, and quantities without a sensor (`truth_`)."""
-
-    yaw_rate: Annotated[Scalar, "rad/s"]
-    lateral_acceleration: Annotated[Scalar, "m/s**2"]
-    longitudinal_acceleration: Annotated[Scalar, "m/s**2"]
-    roll_rate: Annotated[Scalar, "rad/s"]
-    vehicle_speed: Annotated[Scalar, "m/s"]
-    wheel_speed_front_left: Annotated[Scalar, "m/s"]
-    wheel_speed_front_right: Annotated[Scalar, "m/s"]
-    wheel_speed_rear_left: Annotated[Scalar, "m/s"]
-    wheel_speed_rear_right: Annotated[Scalar, "m/s"]
-    truth_speed: Annotated[Scalar, "m/s"]
-    truth_lateral_speed: Annotated[Scalar, "m/s"]
-    truth_sideslip_angle: Annotated[Scalar, "rad"]
-    truth_centre_lateral_acceleration: Annotated[Scalar, "m/s**2"]
-    truth_yaw_acceleration: Annotated[Scalar, "rad/s**2"]
-    truth_roll_angle: Annotated[Scalar, "rad"]
-    truth_front_lateral_force: Annotated[Scalar, "N"]
-    truth_rear_lateral_force: Annotated[Scalar, "N"]
-    truth_front_slip_angle: Annotated[Scalar, "rad"]
-    truth_load_front_left: Annotated[Scalar, "N"]
-    truth_load_front_right: Annotated[Scalar, "N"]
-    truth_load_rear_left: Annotated[Scalar, "N"]
-    truth_load_rear_right: Annotated[Scalar, "N"]
-    truth_self_aligning_torque: Annotated[Scalar, "N*m"]
-    truth_scrub_torque: Annotated[Scalar, "N*m"]
-    truth_kingpin_torque: Annotated[Scalar, "N*m"]
-    truth_hand_torque: Annotated[Scalar, "N*m"]
-    truth_drive_force: Annotated[Scalar, "N"]
-    truth_distance: Annotated[Scalar, "m"]
-    truth_lateral_offset: Annotated[Scalar, "m"]
-    truth_heading_error: Annotated[Scalar, "rad"]
-    truth_heading: Annotated[Scalar, "rad"]
-    truth_position_x: Annotated[Scalar, "m"]
-    truth_position_y: Annotated[Scalar, "m"]
-    truth_bank_angle: Annotated[Scalar, "rad"]
-    truth_grade_angle: Annotated[Scalar, "rad"]
-    truth_road_friction: Annotated[Scalar, ""]
+Body = signals(
+    "Body",
+    """yaw_rate lateral_acceleration longitudinal_acceleration roll_rate vehicle_speed wheel_speed_front_left
+    wheel_speed_front_right wheel_speed_rear_left wheel_speed_rear_right truth_speed[m/s] truth_lateral_speed[m/s]
+    truth_sideslip_angle[rad] truth_centre_lateral_acceleration[m/s**2] truth_yaw_acceleration[rad/s**2]
+    truth_roll_angle[rad] truth_front_lateral_force[N] truth_rear_lateral_force[N] truth_front_slip_angle[rad]
+    truth_load_front_left[N] truth_load_front_right[N] truth_load_rear_left[N] truth_load_rear_right[N]
+    truth_self_aligning_torque[N*m] truth_scrub_torque[N*m] truth_kingpin_torque[N*m] truth_hand_torque[N*m]
+    truth_drive_force[N] truth_distance[m] truth_lateral_offset[m] truth_heading_error[rad] truth_heading[rad]
+    truth_position_x[m] truth_position_y[m] truth_bank_angle[rad] truth_grade_angle[rad] truth_road_friction[]""",
+)
+"""Signals of body and wheels before sensors, and quantities without a sensor (`truth_`)."""
 
 
 def vehicle_speed(reaction: Reaction) -> Scalar:
@@ -115,7 +89,7 @@ def body_signals(
     road: Road,
     hand_torque: Scalar,
     drive_force: Scalar,
-) -> Body:
+) -> Tree:
     """Signals of the body at one instant.
 
     Args:
@@ -217,7 +191,7 @@ class Observed(NamedTuple):
 
 
 class Output(NamedTuple):
-    body: Body
+    body: Tree
     steering: Tree
     control: Tree
 

@@ -37,7 +37,6 @@ NONE = "none"  # Name for a part that is left out
 
 
 def car_of(kind: str, document: Document) -> Plant:
-    """A car of a kind with the defaults of its class."""
     if kind not in KINDS:
         raise document.error(("kind",), f"no kind of car is called '{kind}'{nearest(kind, KINDS)}")
     car: Plant = KINDS[kind]()

@@ -18,23 +18,20 @@ from tierod_lab.ground.motor import (
     IN_LOOP,
     DriveSignals,
     DriveState,
-    Fine,
     PmMotor,
     Rotor,
     Senses,
 )
-from tierod_lab.ground.parts import Chassis, Intent, Memory, Reaction, Steering, Wheels
+from tierod_lab.ground.parts import Chassis, Intent, Memory, Reaction, Steering, Wheels, signals
 from tierod_lab.ground.powertrain import WheelMotors
 from tierod_lab.ground.steering import Motor
 from tierod_lab.ground.steering.column_eps import ActiveFront, ColumnEps
 from tierod_lab.ground.steering.rack_eps import Demonstrator
 from tierod_lab.ground.steering.steer_by_wire import SteerByWire
 
-
-class Assisted(NamedTuple):
-    """Signals of the assist unit."""
-
-    motor_target_torque: Annotated[Scalar, "N*m"]
+MOTION = ("steering_wheel_angle", "steering_wheel_rate", "vehicle_speed")  # Signals that most control units read
+Assisted = signals("Assisted", "motor_target_torque")
+Steered = signals("Steered", "target_road_wheel_angle[rad] motor_target_torque")
 
 
 @dataclass(frozen=True)
@@ -46,13 +43,7 @@ class EpsCar(Car):
 
     @property
     def ports(self) -> tuple[str, ...]:
-        return (
-            "driver_torque",
-            "steering_wheel_angle",
-            "steering_wheel_rate",
-            "vehicle_speed",
-            *self.steering.actuators,
-        )
+        return ("driver_torque", *MOTION, *self.steering.actuators)
 
     def reset(self) -> Memory:
         return self.assist.remembered()
@@ -68,21 +59,13 @@ class EpsCar(Car):
         return memory, (torque,), Assisted(torque)
 
 
-class AssistedByDrive(NamedTuple):
-    """Signals of assist unit and drive; torque, angle and speed of the motor shaft are signals of the steering."""
-
-    motor_target_torque: Annotated[Scalar, "N*m"]
-    motor_current_alpha: Annotated[Fine, "A"]
-    motor_current_beta: Annotated[Fine, "A"]
-    motor_voltage_alpha: Annotated[Fine, "V"]
-    motor_voltage_beta: Annotated[Fine, "V"]
-    motor_target_voltage_alpha: Annotated[Fine, "V"]
-    motor_target_voltage_beta: Annotated[Fine, "V"]
-    motor_temperature: Annotated[Scalar, "K"]
-    supply_voltage: Annotated[Scalar, "V"]
-    supply_current: Annotated[Scalar, "A"]
-    truth_motor_resistance: Annotated[Scalar, "ohm"]
-    truth_motor_flux: Annotated[Scalar, "V*s"]
+AssistedByDrive = signals(
+    "AssistedByDrive",
+    """motor_target_torque motor_current_alpha motor_current_beta motor_voltage_alpha motor_voltage_beta
+    motor_target_voltage_alpha motor_target_voltage_beta motor_temperature supply_voltage supply_current
+    truth_motor_resistance[ohm] truth_motor_flux[V*s]""",
+)
+"""Signals of assist unit and drive; torque, angle and speed of the motor shaft are signals of the steering."""
 
 
 class DriveUnits(NamedTuple):
@@ -121,23 +104,9 @@ class PmEpsCar(EpsCar):
             self.step_time,
             Senses.through(read),
         )
-        shown = AssistedByDrive(
-            request,
-            *signals.fine[:6],
-            signals.motor_temperature,
-            signals.supply_voltage,
-            signals.supply_current,
-            signals.truth_motor_resistance,
-            signals.truth_motor_flux,
-        )
+        _, _, temperature, *supply, _, _, resistance, flux = signals
+        shown = AssistedByDrive(request, *signals.fine[:6], temperature, *supply, resistance, flux)
         return DriveUnits(assist, motor), (torque,), shown
-
-
-class Steered(NamedTuple):
-    """Signals of the control units."""
-
-    target_road_wheel_angle: Annotated[Scalar, "rad"]
-    motor_target_torque: Annotated[Scalar, "N*m"]
 
 
 @dataclass(frozen=True)
@@ -160,13 +129,7 @@ class SteerByWireCar(Car):
 
     @property
     def ports(self) -> tuple[str, ...]:
-        return (
-            "steering_wheel_angle",
-            "steering_wheel_rate",
-            "vehicle_speed",
-            "road_wheel_angle",
-            *self.steering.actuators,
-        )
+        return (*MOTION, "road_wheel_angle", *self.steering.actuators)
 
     def reset(self) -> AngleMemory:
         return self.angle_control.remembered()
@@ -216,16 +179,7 @@ class ActiveFrontCar(Car):
 
     @property
     def ports(self) -> tuple[str, ...]:
-        return (
-            "driver_torque",
-            "steering_wheel_angle",
-            "steering_wheel_rate",
-            "vehicle_speed",
-            *IN_LOOP,
-            "column_assist_torque",
-            "motor_torque",
-            "motor_lock",
-        )
+        return ("driver_torque", *MOTION, *IN_LOOP, *self.actuators, "motor_lock")
 
     def reset(self) -> SuperpositionUnits:
         return SuperpositionUnits(self.assist.remembered(), self.angle_control.remembered(), self.motor.init())
@@ -261,15 +215,12 @@ class ActiveFrontCar(Car):
         )
 
 
-class Commanded(NamedTuple):
-    """Targets set by the automated driver."""
-
-    target_steering_wheel_angle: Annotated[Scalar, "rad"]
-    target_vehicle_speed: Annotated[Scalar, "m/s"]
-    steering_motor_1_target_torque: Annotated[Scalar, "N*m"]
-    steering_motor_2_target_torque: Annotated[Scalar, "N*m"]
-    target_drive_torque_left: Annotated[Scalar, "N*m"]
-    target_drive_torque_right: Annotated[Scalar, "N*m"]
+Commanded = signals(
+    "Commanded",
+    """target_steering_wheel_angle target_vehicle_speed steering_motor_1_target_torque steering_motor_2_target_torque
+    target_drive_torque_left target_drive_torque_right""",
+)
+"""Targets set by the automated driver."""
 
 
 class DemonstratorUnits(NamedTuple):
@@ -291,13 +242,8 @@ class DemonstratorCar(Car):
 
     @property
     def ports(self) -> tuple[str, ...]:
-        return (
-            "steering_wheel_angle",
-            "yaw_rate",
-            "wheel_speed_rear_left",
-            "wheel_speed_rear_right",
-            *self.steering.actuators,
-        )
+        wheels = ("wheel_speed_rear_left", "wheel_speed_rear_right")
+        return ("steering_wheel_angle", "yaw_rate", *wheels, *self.steering.actuators)
 
     def reset(self) -> DemonstratorUnits:
         return DemonstratorUnits(self.driver.reset(), 0.0, 0.0)

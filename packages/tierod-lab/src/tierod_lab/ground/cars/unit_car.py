@@ -95,7 +95,6 @@ class Variables(NamedTuple):
     assumed: list[str]
 
     def reference(self, location: Location, name: str, causality: str) -> int:
-        """Value reference of a number of one causality."""
         known = {key for key, each in self.variables.items() if each.causality == causality and each.type == "Real"}
         if name not in known:
             raise self.document.error(location, f"the unit has no {causality} '{name}'{nearest(name, known)}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Annotated, NamedTuple, Protocol, Self
+from typing import Annotated, Any, NamedTuple, Self
 
 from tierod.core.block import Scalar
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
@@ -26,18 +26,6 @@ from tierod_lab.ground.chassis.tyres import (
     rolling_resistance,
 )
 from tierod_lab.ground.parts import Reaction, Road, Steer, Wheels, Wind
-
-
-class Planar(Protocol):
-    """Velocity of a chassis, from which the aerodynamic forces follow."""
-
-    @property
-    def speed(self) -> Scalar:
-        """Speed along the body [m/s]."""
-
-    @property
-    def lateral_speed(self) -> Scalar:
-        """Speed across the body [m/s]."""
 
 
 class OnTwoAxles:
@@ -65,7 +53,7 @@ class OnTwoAxles:
         """Static load of the rear axle [N]."""
         return front_axle_load(self.mass, self.rear_distance, self.front_distance)
 
-    def air(self, motion: Planar, road: Road, wind: Wind) -> AirForces:
+    def air(self, motion: Any, road: Road, wind: Wind) -> AirForces:
         """Aerodynamic forces on a car; none on a hoist, which stands in a hall."""
         return air_forces(
             motion.speed + wind.headwind_speed,
@@ -122,9 +110,62 @@ class Kingpins:
         return left, right + weight_torque(loads.front_right, lever, hubs.front_right.sine)
 
 
+STOPPING_TIME = 0.004
+"""Time constant with which a braked wheel comes to rest [s]: shorter than all others, stable at steps of 1 ms."""
+
+
+class TwoTrackMotion(NamedTuple):
+    """State of motion of the two-track chassis."""
+
+    speed: Scalar
+    lateral_speed: Scalar
+    yaw_rate: Scalar
+    roll_angle: Scalar  # roll_angle, roll_rate: positive when the right side goes down [rad], [rad/s]
+    roll_rate: Scalar
+    spins: Wheels  # angular speed of every wheel [rad/s]
+    # longitudinal, lateral: deflection of every tyre, forward and to the left under a positive force [m]
+    longitudinal: Wheels
+    lateral: Wheels
+    left_twist: Scalar  # left_twist, right_twist: twist of the front contact patches [rad]
+    right_twist: Scalar
+    # tyre_force, front_force, rear_force: force along the body and forces of the axles across it behind the lag of the
+    # suspension, which determine load transfer and compliance steer [N]
+    tyre_force: Scalar
+    front_force: Scalar
+    rear_force: Scalar
+
+
+class Sums(NamedTuple):
+    """Forces of all tyres in the axes of the body [N], and their yaw moment [N*m]."""
+
+    along: Scalar
+    front: Scalar
+    rear: Scalar
+    yaw_moment: Scalar
+
+
+class Scrub(NamedTuple):
+    """Scrub torques of the contact patches [N*m] and the rates of their twists [rad/s]."""
+
+    left: Scalar
+    right: Scalar
+    left_rate: Scalar
+    right_rate: Scalar
+
+
+class Balance(NamedTuple):
+    """Parts of a reaction for the derivative: rates, and the longitudinal forces on the wheels."""
+
+    rates: TwoTrackMotion
+    wheel_forces: Wheels
+
+
 @dataclass(frozen=True)
-class TwoTrackParameters(OnTwoAxles):
-    """Parameters of body, axles and air of a chassis with four wheels.
+class TwoTrack(OnTwoAxles):
+    """Planar motion and roll of a body on four wheels.
+
+    Loads and compliance follow the forces with a first-order lag, which replaces the vertical motion of the wheels.
+    Speeds are those of the centre of gravity, about which the body rolls with the arm above its roll axis.
 
     The defaults are those of a mid-size car, typical unless stated otherwise; its axles have cornering stiffnesses of
     110 and 130 kN/rad, including compliance.
@@ -179,65 +220,6 @@ class TwoTrackParameters(OnTwoAxles):
     @staticmethod
     def _trail(axle: Axle, load: float) -> float:
         return axle.tyre.trail * 0.5 * load / axle.tyre.nominal_load
-
-
-STOPPING_TIME = 0.004
-"""Time constant with which a braked wheel comes to rest [s]: shorter than all others, stable at steps of 1 ms."""
-
-
-class TwoTrackMotion(NamedTuple):
-    """State of motion of the two-track chassis."""
-
-    speed: Scalar
-    lateral_speed: Scalar
-    yaw_rate: Scalar
-    roll_angle: Scalar  # roll_angle, roll_rate: positive when the right side goes down [rad], [rad/s]
-    roll_rate: Scalar
-    spins: Wheels  # angular speed of every wheel [rad/s]
-    # longitudinal, lateral: deflection of every tyre, forward and to the left under a positive force [m]
-    longitudinal: Wheels
-    lateral: Wheels
-    left_twist: Scalar  # left_twist, right_twist: twist of the front contact patches [rad]
-    right_twist: Scalar
-    # tyre_force, front_force, rear_force: force along the body and forces of the axles across it behind the lag of the
-    # suspension, which determine load transfer and compliance steer [N]
-    tyre_force: Scalar
-    front_force: Scalar
-    rear_force: Scalar
-
-
-class Sums(NamedTuple):
-    """Forces of all tyres in the axes of the body [N], and their yaw moment [N*m]."""
-
-    along: Scalar
-    front: Scalar
-    rear: Scalar
-    yaw_moment: Scalar
-
-
-class Scrub(NamedTuple):
-    """Scrub torques of the contact patches [N*m] and the rates of their twists [rad/s]."""
-
-    left: Scalar
-    right: Scalar
-    left_rate: Scalar
-    right_rate: Scalar
-
-
-class Balance(NamedTuple):
-    """Parts of a reaction for the derivative: rates, and the longitudinal forces on the wheels."""
-
-    rates: TwoTrackMotion
-    wheel_forces: Wheels
-
-
-@dataclass(frozen=True)
-class TwoTrack(TwoTrackParameters):
-    """Planar motion and roll of a body on four wheels; the fields are those of `TwoTrackParameters`.
-
-    Loads and compliance follow the forces with a first-order lag, which replaces the vertical motion of the wheels.
-    Speeds are those of the centre of gravity, about which the body rolls with the arm above its roll axis.
-    """
 
     def init(self, speed: float) -> TwoTrackMotion:
         front, rear = speed / self.front.tyre.radius, speed / self.rear.tyre.radius
@@ -297,7 +279,6 @@ class TwoTrack(TwoTrackParameters):
 
     @property
     def axles(self) -> Wheels[Axle]:
-        """The axle of every wheel."""
         return Wheels(self.front, self.front, self.rear, self.rear)
 
     def loads(self, motion: TwoTrackMotion, road: Road) -> Wheels:

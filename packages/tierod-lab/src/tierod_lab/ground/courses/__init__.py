@@ -256,11 +256,6 @@ def shipped() -> tuple[str, ...]:
     return tuple(sorted(_data()))
 
 
-def described(name: str) -> str:
-    """Description of a shipped course, in one sentence."""
-    return load(name).description
-
-
 def load(name: str | Path) -> AnyCourse:
     """A course, from its name or from a TOML or CSV file."""
     path = find(name)

@@ -197,8 +197,11 @@ Acting = Callable[[np.ndarray, np.ndarray], Columns]
 class _Steady:
     window: Window = field(default_factory=During)
 
+    _usual = 0.0
+    _columns: ClassVar[dict[str, str]]  # field -> column that it sets
+
     def acting(self, generator: np.random.Generator) -> Acting:
-        levels, usual = self._levels(), self._usual
+        levels, usual = {column: getattr(self, name) for name, column in self._columns.items()}, self._usual
 
         def act(time: np.ndarray, distance: np.ndarray) -> Columns:
             share = self.window.share(time, distance)
@@ -208,11 +211,6 @@ class _Steady:
             return {name: around + share * (level - usual) for name, level in levels.items()}
 
         return act
-
-    _usual = 0.0
-
-    def _levels(self) -> dict[str, float]:
-        raise NotImplementedError
 
 
 class _Share(_Steady):
@@ -226,8 +224,7 @@ class Adhesion(_Share):
     left: Annotated[float, "", SHARE] = 1.0
     right: Annotated[float, "", SHARE] = 1.0
 
-    def _levels(self) -> dict[str, float]:
-        return {"road.adhesion_left": self.left, "road.adhesion_right": self.right}
+    _columns: ClassVar = {"left": "road.adhesion_left", "right": "road.adhesion_right"}
 
 
 @dataclass(frozen=True)
@@ -237,8 +234,7 @@ class Slope(_Steady):
     bank: Annotated[float, "rad", ANY] = 0.0
     grade: Annotated[float, "rad", ANY] = 0.0
 
-    def _levels(self) -> dict[str, float]:
-        return {"road.bank_angle": self.bank, "road.grade_angle": self.grade}
+    _columns: ClassVar = {"bank": "road.bank_angle", "grade": "road.grade_angle"}
 
 
 @dataclass(frozen=True)
@@ -248,8 +244,7 @@ class Breeze(_Steady):
     crosswind: Annotated[float, "m/s", ANY] = 0.0
     headwind: Annotated[float, "m/s", ANY] = 0.0
 
-    def _levels(self) -> dict[str, float]:
-        return {"wind.crosswind_speed": self.crosswind, "wind.headwind_speed": self.headwind}
+    _columns: ClassVar = {"crosswind": "wind.crosswind_speed", "headwind": "wind.headwind_speed"}
 
 
 @dataclass(frozen=True)
@@ -258,8 +253,7 @@ class HandTorque(_Steady):
 
     torque: Annotated[float, "N*m", ANY] = 0.0
 
-    def _levels(self) -> dict[str, float]:
-        return {"demand.hand_torque": self.torque}
+    _columns: ClassVar = {"torque": "demand.hand_torque"}
 
 
 @dataclass(frozen=True)
@@ -268,8 +262,7 @@ class Grip(_Share):
 
     share: Annotated[float, "", SHARE] = 0.0  # share of the arms' stiffness and damping; 0 is hands off
 
-    def _levels(self) -> dict[str, float]:
-        return {"demand.grip": self.share}
+    _columns: ClassVar = {"share": "demand.grip"}
 
 
 @dataclass(frozen=True)
@@ -278,8 +271,7 @@ class Attention(_Share):
 
     share: Annotated[float, "", SHARE] = 0.0  # share of the lateral offset that the driver corrects; 0 is inattentive
 
-    def _levels(self) -> dict[str, float]:
-        return {"demand.attention": self.share}
+    _columns: ClassVar = {"share": "demand.attention"}
 
 
 @dataclass(frozen=True)

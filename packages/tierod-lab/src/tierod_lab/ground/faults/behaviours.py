@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import zlib
-from collections.abc import Callable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Annotated, Any, ClassVar, NamedTuple, TypeVar, get_args
+from typing import Annotated, Any, ClassVar, NamedTuple, get_args
 
 import numpy as np
 
@@ -18,8 +18,6 @@ from tierod.physics.lag import share_reached
 from tierod_lab.ground.sensors import Sensor
 
 _BLOCK = 1024  # Number of random numbers that are drawn together
-
-Drawn = TypeVar("Drawn")
 
 
 class Chance:
@@ -37,11 +35,11 @@ class Chance:
     def __init__(self, key: tuple[int, ...], start: float, horizon: float, rate: float = 100.0):
         self.key, self.start, self.horizon, self.rate = key, start, horizon, rate
         self.tick = min(1e-3, 1.0 / rate)
-        self._known: dict[tuple[Any, ...], Any] = {}
         self._block = lru_cache(maxsize=8)(self._drawn_block)
+        self.events = lru_cache(maxsize=8)(self._drawn_events)
+        self._edges = lru_cache(maxsize=8)(self._drawn_edges)
 
     def generator(self, purpose: str, part: int = 0) -> np.random.Generator:
-        """Random generator of one purpose, independent of all others."""
         return np.random.default_rng([*self.key, zlib.crc32(purpose.encode()), part])
 
     def normal(self, since: np.ndarray) -> np.ndarray:
@@ -65,11 +63,8 @@ class Chance:
         generator = self.generator(kind, block)
         return generator.standard_normal(_BLOCK) if kind == "normal" else generator.random(_BLOCK)
 
-    def events(self, rate: float) -> tuple[np.ndarray, np.ndarray]:
-        """(times since the onset [s], signs) of the events of a Poisson process with this rate [Hz]."""
-        return self._remembered(("events", rate), lambda: self._drawn_events(rate))
-
     def _drawn_events(self, rate: float) -> tuple[np.ndarray, np.ndarray]:
+        """(times since the onset [s], signs) of the events of a Poisson process with this rate [Hz]."""
         generator = self.generator("events")
         count = int(generator.poisson(rate * self.horizon))
         return np.sort(generator.uniform(0.0, self.horizon, count)), generator.choice([-1.0, 1.0], count)
@@ -81,8 +76,7 @@ class Chance:
             since: times since the onset [s]
             mean_on, mean_off: mean durations [s]
         """
-        edges = self._remembered(("on", mean_on, mean_off), lambda: self._drawn_edges(mean_on, mean_off))
-        return np.asarray(np.searchsorted(edges, since, side="right") % 2 == 0)
+        return np.asarray(np.searchsorted(self._edges(mean_on, mean_off), since, side="right") % 2 == 0)
 
     def _drawn_edges(self, mean_on: float, mean_off: float) -> np.ndarray:
         generator = self.generator("on and off")
@@ -94,12 +88,6 @@ class Chance:
             end = float(pieces[-1][-1])
         return np.concatenate(pieces)
 
-    def _remembered(self, key: tuple[Any, ...], draw: Callable[[], Drawn]) -> Drawn:
-        if key not in self._known:
-            self._known[key] = draw()
-        known: Drawn = self._known[key]
-        return known
-
 
 Amount = float | str
 """A number in SI units, or a text with a unit ("0.3 deg/s"), which is converted once the element is known."""
@@ -107,7 +95,9 @@ SIGNAL, LOOP, ACTUATOR, PARAMETER, SURROUNDING = "signal", "loop", "actuator", "
 """Kinds of elements: a recorded signal, a signal that the car's own control units read, an actuator, a parameter of the
 car, or a quantity of its surroundings."""
 
-Values = float | np.ndarray
+Array = np.ndarray
+Values = float | Array
+Readings = tuple[Array, Array]  # time stamps [s] and values
 
 
 class Change(NamedTuple):
@@ -119,7 +109,6 @@ class Change(NamedTuple):
 
 
 def si(amount: Amount) -> float:
-    """An amount as a number in SI units."""
     if isinstance(amount, str):
         raise ParameterError(f"'{amount}' has a unit, but its quantity is not known; give the number in SI units")
     return float(amount)
@@ -129,13 +118,17 @@ def si(amount: Amount) -> float:
 class Behaviour:
     """Base class of the behaviours: frozen, with units and ranges in the annotations.
 
-    `fits` contains the kinds of elements that can behave so, `main` names the field that is the fault magnitude, and
-    `usual_duration` is the default duration [s], None until the end of the run.
+    `fits` contains the kinds of elements that can behave so, `main` names the field that is the fault magnitude (the
+    first one), and `usual_duration` is the default duration [s], None until the end of the run.
     """
 
     fits: ClassVar[frozenset[str]] = frozenset()
     main: ClassVar[str | None] = None
     usual_duration: ClassVar[float | None] = None
+
+    def __init_subclass__(cls, fits: Iterable[str] = (), sized: bool = True) -> None:
+        cls.fits = frozenset(fits)
+        cls.main = next(iter(cls.__annotations__), None) if sized else None
 
     def __post_init__(self) -> None:
         check_ranges(self)
@@ -144,12 +137,10 @@ class Behaviour:
     def core(self) -> Behaviour:
         return self
 
-    def change(self, since: np.ndarray, chance: Chance) -> Change:
+    def change(self, since: Array, chance: Chance) -> Change:
         raise NotImplementedError
 
-    def on_channel(
-        self, time: np.ndarray, values: np.ndarray, active: np.ndarray, sensor: Sensor, chance: Chance
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def on_channel(self, time: Array, values: Array, active: Array, sensor: Sensor, chance: Chance) -> Readings:
         changed = values.copy()
         change = self.change(time[active] - chance.start, chance)
         # Held readings repeat the last one before the hold: its index is carried forward.
@@ -160,66 +151,56 @@ class Behaviour:
         return time, changed
 
 
-_VALUES = frozenset({SIGNAL, LOOP, ACTUATOR})
-_ALL = _VALUES | {PARAMETER, SURROUNDING}
+_VALUES, _PARAMETERS = (SIGNAL, LOOP, ACTUATOR), (PARAMETER, SURROUNDING)
+_ALL = (*_VALUES, *_PARAMETERS)
 
 
 @dataclass(frozen=True)
-class TotalLoss(Behaviour):
+class TotalLoss(Behaviour, fits=_VALUES):
     """The signal is zero."""
 
-    fits: ClassVar[frozenset[str]] = _VALUES
-
-    def change(self, since: np.ndarray, chance: Chance) -> Change:
+    def change(self, since: Array, chance: Chance) -> Change:
         return Change(gain=0.0)
 
 
 @dataclass(frozen=True)
-class Stuck(Behaviour):
+class Stuck(Behaviour, fits=_VALUES):
     """The signal keeps its last value or a given value."""
 
     value: Annotated[Amount, SIGNAL_UNIT] | None = None  # constant value; the last one before the fault if None
-    fits: ClassVar[frozenset[str]] = _VALUES
-    main: ClassVar[str | None] = "value"
 
-    def change(self, since: np.ndarray, chance: Chance) -> Change:
+    def change(self, since: Array, chance: Chance) -> Change:
         return Change(held=True) if self.value is None else Change(gain=0.0, offset=si(self.value))
 
 
 @dataclass(frozen=True)
-class Offset(Behaviour):
+class Offset(Behaviour, fits=_ALL):
     """A constant of either sign is added."""
 
     size: Annotated[Amount, SIGNAL_UNIT]
-    fits: ClassVar[frozenset[str]] = _ALL
-    main: ClassVar[str | None] = "size"
 
-    def change(self, since: np.ndarray, chance: Chance) -> Change:
+    def change(self, since: Array, chance: Chance) -> Change:
         return Change(offset=si(self.size))
 
 
 @dataclass(frozen=True)
-class Gain(Behaviour):
+class Gain(Behaviour, fits=_ALL):
     """The signal is multiplied by a factor: 1 is fault-free, -1 inverts the sign."""
 
     gain: Annotated[float, ""]
-    fits: ClassVar[frozenset[str]] = _ALL
-    main: ClassVar[str | None] = "gain"
 
-    def change(self, since: np.ndarray, chance: Chance) -> Change:
+    def change(self, since: Array, chance: Chance) -> Change:
         return Change(gain=self.gain)
 
 
 @dataclass(frozen=True)
-class Drift(Behaviour):
+class Drift(Behaviour, fits=_ALL):
     """An offset that grows from zero is added."""
 
     rate: Annotated[Amount, "{signal}/s"]
     limit: Annotated[Amount, SIGNAL_UNIT] | None = None  # magnitude at which the growth stops; never if None
-    fits: ClassVar[frozenset[str]] = _ALL
-    main: ClassVar[str | None] = "rate"
 
-    def change(self, since: np.ndarray, chance: Chance) -> Change:
+    def change(self, since: Array, chance: Chance) -> Change:
         offset = si(self.rate) * since
         if self.limit is None:
             return Change(offset=offset)
@@ -228,7 +209,7 @@ class Drift(Behaviour):
 
 
 @dataclass(frozen=True)
-class Outlier(Behaviour):
+class Outlier(Behaviour, fits=_VALUES):
     """The signal is far off for one second: a multiple of itself, or a given value.
 
     Source: Li, Frey, Gauterin, Sensors 23 (2023) 887, section 5: "a large outlier in the sensor data over a very short
@@ -237,26 +218,22 @@ class Outlier(Behaviour):
 
     factor: Annotated[float, ""] = 3.0
     value: Annotated[Amount, SIGNAL_UNIT] | None = None  # value that replaces the signal, if not None
-    fits: ClassVar[frozenset[str]] = _VALUES
-    main: ClassVar[str | None] = "factor"
-    usual_duration: ClassVar[float | None] = 1.0
+    usual_duration = 1.0
 
-    def change(self, since: np.ndarray, chance: Chance) -> Change:
+    def change(self, since: Array, chance: Chance) -> Change:
         return Change(gain=self.factor) if self.value is None else Change(gain=0.0, offset=si(self.value))
 
 
 @dataclass(frozen=True)
-class Spikes(Behaviour):
+class Spikes(Behaviour, fits=_VALUES):
     """Short pulses of either sign are added at random instants."""
 
     size: Annotated[Amount, SIGNAL_UNIT]
     rate: Annotated[float, "Hz", POSITIVE] = 1.0
     # duration of each pulse; a channel with longer sampling intervals misses some
     width: Annotated[float, "s", POSITIVE] = 0.01
-    fits: ClassVar[frozenset[str]] = _VALUES
-    main: ClassVar[str | None] = "size"
 
-    def change(self, since: np.ndarray, chance: Chance) -> Change:
+    def change(self, since: Array, chance: Chance) -> Change:
         times, signs = chance.events(self.rate)
         if not len(times):
             return Change()
@@ -266,51 +243,41 @@ class Spikes(Behaviour):
 
 
 @dataclass(frozen=True)
-class Noise(Behaviour):
+class Noise(Behaviour, fits=_VALUES):
     """White noise is added: a new value every millisecond, or with every reading of a faster channel."""
 
     deviation: Annotated[Amount, SIGNAL_UNIT, NOT_NEGATIVE]
-    fits: ClassVar[frozenset[str]] = _VALUES
-    main: ClassVar[str | None] = "deviation"
 
-    def change(self, since: np.ndarray, chance: Chance) -> Change:
+    def change(self, since: Array, chance: Chance) -> Change:
         return Change(offset=si(self.deviation) * chance.normal(since))
 
 
 @dataclass(frozen=True)
-class Delay(Behaviour):
+class Delay(Behaviour, fits=(SIGNAL,)):
     """Readings arrive late with unchanged time stamps. Recorded signals only: a control loop has no buffer."""
 
     time: Annotated[float, "s", POSITIVE]
-    fits: ClassVar[frozenset[str]] = frozenset({SIGNAL})
-    main: ClassVar[str | None] = "time"
 
-    def on_channel(
-        self, time: np.ndarray, values: np.ndarray, active: np.ndarray, sensor: Sensor, chance: Chance
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def on_channel(self, time: Array, values: Array, active: Array, sensor: Sensor, chance: Chance) -> Readings:
         old = np.searchsorted(time, time - self.time + 1e-9, side="right") - 1
         return time, np.where(active, values[np.maximum(old, 0)], values)
 
 
 @dataclass(frozen=True)
-class BitFlip(Behaviour):
+class BitFlip(Behaviour, fits=(SIGNAL,)):
     """One bit of the raw number on the bus is inverted. Recorded signals only: the error depends on the value."""
 
     bit: Annotated[int, "", Range(0, 62)]
     bits: Annotated[int, "", Range(2, 63)] = 16
     # value of the least significant bit; that of the sensor if None
     quantum: Annotated[Amount, SIGNAL_UNIT, POSITIVE] | None = None
-    fits: ClassVar[frozenset[str]] = frozenset({SIGNAL})
-    main: ClassVar[str | None] = "bit"
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.bit >= self.bits:
             raise ParameterError(f"bit {self.bit} does not exist among {self.bits} bits; the last is {self.bits - 1}")
 
-    def on_channel(
-        self, time: np.ndarray, values: np.ndarray, active: np.ndarray, sensor: Sensor, chance: Chance
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def on_channel(self, time: Array, values: Array, active: Array, sensor: Sensor, chance: Chance) -> Readings:
         quantum = sensor.quantum if self.quantum is None else si(self.quantum)
         if quantum == 0.0:
             raise ParameterError("a bit flip needs the value of the last bit: the sensor has no quantum, so give one")
@@ -323,22 +290,18 @@ class BitFlip(Behaviour):
 
 
 @dataclass(frozen=True)
-class DropOut(Behaviour):
+class DropOut(Behaviour, fits=(SIGNAL, LOOP)):
     """Frames are lost. A control loop continues with the last value; so does a recording if `repeat` is set."""
 
     share: Annotated[float, "", Range(0.0, 1.0, open_low=True)] = 1.0
     repeat: bool = False
-    fits: ClassVar[frozenset[str]] = frozenset({SIGNAL, LOOP})
-    main: ClassVar[str | None] = "share"
 
-    def change(self, since: np.ndarray, chance: Chance) -> Change:
+    def change(self, since: Array, chance: Chance) -> Change:
         # A control step between two frames uses the earlier one.
         frame = np.floor((since + chance.start) * chance.rate + 1e-6) / chance.rate
         return Change(held=self._lost(frame, chance))
 
-    def on_channel(
-        self, time: np.ndarray, values: np.ndarray, active: np.ndarray, sensor: Sensor, chance: Chance
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def on_channel(self, time: Array, values: Array, active: Array, sensor: Sensor, chance: Chance) -> Readings:
         if self.repeat:
             return super().on_channel(time, values, active, sensor, chance)
         lost = active.copy()
@@ -349,81 +312,67 @@ class DropOut(Behaviour):
         return chance.uniform(np.floor(time * chance.rate + 0.5).astype(int)) < self.share
 
 
-_PARAMETERS = frozenset({PARAMETER, SURROUNDING})
-
-
 @dataclass(frozen=True)
-class TorqueLoss(Behaviour):
+class TorqueLoss(Behaviour, fits=(ACTUATOR,)):
     """An actuator delivers less torque than requested."""
 
     # share of the torque that is lost; 1 is all of it
     share: Annotated[float, "", Range(0.0, 1.0, open_low=True)] = 1.0
-    fits: ClassVar[frozenset[str]] = frozenset({ACTUATOR})
-    main: ClassVar[str | None] = "share"
 
-    def change(self, since: np.ndarray, chance: Chance) -> Change:
+    def change(self, since: Array, chance: Chance) -> Change:
         return Change(gain=1.0 - self.share)
 
 
 @dataclass(frozen=True)
-class Sluggish(Behaviour):
+class Sluggish(Behaviour, fits=(ACTUATOR,)):
     """An actuator follows its request with another time constant, which replaces that parameter of the car."""
 
     time_constant: Annotated[float, "s", POSITIVE]
-    fits: ClassVar[frozenset[str]] = frozenset({ACTUATOR})
-    main: ClassVar[str | None] = "time_constant"
 
-    def change(self, since: np.ndarray, chance: Chance) -> Change:
+    def change(self, since: Array, chance: Chance) -> Change:
         return Change(gain=0.0, offset=self.time_constant)
 
 
 @dataclass(frozen=True)
-class Step(Behaviour):
+class Step(Behaviour, fits=_PARAMETERS):
     """A parameter jumps to another value."""
 
     to: Annotated[Amount, SIGNAL_UNIT]
-    fits: ClassVar[frozenset[str]] = _PARAMETERS
-    main: ClassVar[str | None] = "to"
 
-    def change(self, since: np.ndarray, chance: Chance) -> Change:
+    def change(self, since: Array, chance: Chance) -> Change:
         return Change(gain=0.0, offset=si(self.to))
 
 
 @dataclass(frozen=True)
-class Ramp(Behaviour):
+class Ramp(Behaviour, fits=_PARAMETERS):
     """A parameter changes linearly to another value and stays there."""
 
     to: Annotated[Amount, SIGNAL_UNIT]
     over: Annotated[float, "s", POSITIVE]
-    fits: ClassVar[frozenset[str]] = _PARAMETERS
-    main: ClassVar[str | None] = "to"
 
-    def change(self, since: np.ndarray, chance: Chance) -> Change:
+    def change(self, since: Array, chance: Chance) -> Change:
         share = np.clip(since / self.over, 0.0, 1.0)
         return Change(gain=1.0 - share, offset=share * si(self.to))
 
 
 @dataclass(frozen=True)
-class Scale(Behaviour):
+class Scale(Behaviour, fits=_PARAMETERS):
     """A parameter is multiplied by a factor, at once or along a ramp."""
 
     factor: Annotated[float, ""]
     over: Annotated[float, "s", NOT_NEGATIVE] = 0.0
-    fits: ClassVar[frozenset[str]] = _PARAMETERS
-    main: ClassVar[str | None] = "factor"
 
-    def change(self, since: np.ndarray, chance: Chance) -> Change:
+    def change(self, since: Array, chance: Chance) -> Change:
         share = np.clip(since / self.over, 0.0, 1.0) if self.over > 0.0 else 1.0
         return Change(gain=1.0 + share * (self.factor - 1.0))
 
 
 @dataclass(frozen=True)
-class Course(Behaviour):
+class Course(Behaviour, fits=_PARAMETERS, sized=False):
     """A parameter follows given values, linear between them and constant before and after."""
 
     times: Annotated[tuple[float, ...], "s"]
     values: Annotated[tuple[Amount, ...], SIGNAL_UNIT]
-    fits: ClassVar[frozenset[str]] = _PARAMETERS
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -433,12 +382,12 @@ class Course(Behaviour):
                 f"{list(self.times)} s"
             )
 
-    def change(self, since: np.ndarray, chance: Chance) -> Change:
+    def change(self, since: Array, chance: Chance) -> Change:
         return Change(gain=0.0, offset=np.interp(since, self.times, [si(value) for value in self.values]))
 
 
 @dataclass(frozen=True)
-class WithTemperature(Behaviour):
+class WithTemperature(Behaviour, fits=(PARAMETER,)):
     """A parameter depends linearly on a temperature, which approaches its final value exponentially.
 
     The parameter has its own value at the reference temperature. The default coefficient is that of the resistance of
@@ -449,10 +398,8 @@ class WithTemperature(Behaviour):
     coefficient: Annotated[float, "1/K"] = 0.00393
     reference: Annotated[float, "K", POSITIVE] = 293.15
     time_constant: Annotated[float, "s", POSITIVE] = 300.0
-    fits: ClassVar[frozenset[str]] = frozenset({PARAMETER})
-    main: ClassVar[str | None] = "temperature"
 
-    def change(self, since: np.ndarray, chance: Chance) -> Change:
+    def change(self, since: Array, chance: Chance) -> Change:
         warmer = (self.temperature - self.reference) * share_reached(since / self.time_constant)
         return Change(gain=1.0 + self.coefficient * warmer)
 
@@ -464,7 +411,6 @@ class Intermittent(Behaviour):
     behaviour: AnyBehaviour
     mean_on: Annotated[float, "s", POSITIVE] = 0.2
     mean_off: Annotated[float, "s", POSITIVE] = 1.0
-    main: ClassVar[str | None] = "behaviour"
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -475,14 +421,12 @@ class Intermittent(Behaviour):
     def core(self) -> Behaviour:
         return self.behaviour
 
-    def change(self, since: np.ndarray, chance: Chance) -> Change:
+    def change(self, since: Array, chance: Chance) -> Change:
         there = chance.on(since, self.mean_on, self.mean_off)
         change = self.behaviour.change(since, chance)
         return Change(np.where(there, change.gain, 1.0), np.where(there, change.offset, 0.0), there & change.held)
 
-    def on_channel(
-        self, time: np.ndarray, values: np.ndarray, active: np.ndarray, sensor: Sensor, chance: Chance
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def on_channel(self, time: Array, values: Array, active: Array, sensor: Sensor, chance: Chance) -> Readings:
         there = active.copy()
         there[active] = chance.on(time[active] - chance.start, self.mean_on, self.mean_off)
         return self.behaviour.on_channel(time, values, there, sensor, chance)

@@ -67,7 +67,6 @@ class Comparison(NamedTuple):
     unit: str
 
     def holds(self, values: np.ndarray, unit: str) -> np.ndarray:
-        """Whether the comparison holds for values in a unit."""
         limit = self.value if not self.unit else scale(self.unit, unit)(self.value)
         seen = np.abs(values) if self.magnitude else values
         return {">": seen > limit, ">=": seen >= limit, "<": seen < limit, "<=": seen <= limit}[self.relation]
@@ -110,7 +109,6 @@ _QUANTITY = rf"({_NUMBER})\s*([^\s\d][^\s]*)"
 
 
 def trigger_of(text: str) -> AnyTrigger:
-    """The trigger of a text."""
     plain = text.strip()
     if plain == "always":
         return Always()
@@ -135,7 +133,6 @@ def _seconds(number: str, unit: str) -> float:
 
 
 def trigger_table(trigger: AnyTrigger) -> dict[str, Any]:
-    """A trigger as a table of numbers and texts."""
     return {"kind": kind_name(type(trigger))} | {name: getattr(trigger, name) for name in trigger.__match_args__}
 
 
@@ -190,6 +187,11 @@ class Fault:
         return self.name or f"{self.element} {kind_name(type(self.behaviour))}"
 
     @property
+    def lasts(self) -> float | None:
+        """Duration [s]; None until the end of the run."""
+        return self.duration or self.behaviour.usual_duration
+
+    @property
     def effects(self) -> tuple[Effect, ...]:
         """All effects, the main one first."""
         return (Effect(self.element, self.behaviour, self.origin), *self.also)
@@ -202,7 +204,6 @@ class Fault:
 
 
 def resolved(fault: Fault, effect: Effect, unit: str | None) -> AnyBehaviour:
-    """The behaviour of an effect with all amounts converted to the unit of its element."""
     behaviour = effect.behaviour
     texts = _texts(behaviour)
     if not texts:

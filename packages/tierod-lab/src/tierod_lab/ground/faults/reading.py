@@ -18,7 +18,6 @@ from tierod_lab.ground.faults.elements import unit_without_car
 from tierod_lab.ground.faults.fault import (
     Always,
     AnyTrigger,
-    AtDistance,
     AtTime,
     Effect,
     Fault,
@@ -68,25 +67,19 @@ def _amount(value: float | str, unit: str) -> str:
 
 
 def of_beginning(fault: Fault) -> str:
-    """Onset of a fault, in words."""
+    """Onset of a fault, in words: "at 3 s"."""
     trigger = fault.trigger
-    if isinstance(trigger, Always):
-        return "from the beginning"
-    if isinstance(trigger, AtTime):
-        return f"at {trigger.time:g} s"
-    if isinstance(trigger, AtDistance):
-        return f"at {trigger.distance:g} m"
     if isinstance(trigger, Within):
         return f"at random between {trigger.earliest:g} s and {trigger.latest:g} s"
-    assert isinstance(trigger, When)
-    held = f" for {trigger.hold:g} s" if trigger.hold else ""
-    return f"when {trigger.condition}{held}"
+    if isinstance(trigger, When):
+        return f"when {trigger.condition}" + (f" for {trigger.hold:g} s" if trigger.hold else "")
+    if isinstance(trigger, Always):
+        return "from the beginning"
+    return f"at {trigger.time:g} s" if isinstance(trigger, AtTime) else f"at {trigger.distance:g} m"
 
 
 def of_duration(fault: Fault) -> str:
-    """Duration of a fault, in words."""
-    lasts = fault.duration or fault.behaviour.usual_duration
-    return "until the end" if lasts is None else f"{lasts:g} s"
+    return "until the end" if fault.lasts is None else f"{fault.lasts:g} s"
 
 
 def of_fields(kind: type[Behaviour]) -> str:
@@ -104,30 +97,14 @@ def of_fields(kind: type[Behaviour]) -> str:
 def fault_in_words(fault: Fault) -> str:
     """Effect, onset and duration of a fault, in words."""
     what = "; ".join(f"{effect.element} {kind_name(type(effect.behaviour))}" for effect in fault.effects)
-    lasts = fault.duration or fault.behaviour.usual_duration
-    name = f"{fault.name}: " if fault.name else ""
-    return f"{name}{what}{_main(fault)}, {_when(fault.trigger)}{'' if lasts is None else f', for {lasts:g} s'}"
-
-
-def _main(fault: Fault) -> str:
     behaviour: Any = fault.behaviour.core
-    if behaviour.main is None:
-        return ""
-    size = getattr(behaviour, behaviour.main)
-    unit = _unit(hints(behaviour.__class__)[behaviour.main], unit_without_car(fault.element))
-    return f" {size:.4g} {unit}".rstrip() if isinstance(size, float) else f" {size}"
-
-
-def _when(trigger: AnyTrigger) -> str:
-    if isinstance(trigger, AtTime):
-        return f"from {trigger.time:g} s on"
-    if isinstance(trigger, AtDistance):
-        return f"from {trigger.distance:g} m on"
-    if isinstance(trigger, Within):
-        return f"from a time between {trigger.earliest:g} s and {trigger.latest:g} s on"
-    if isinstance(trigger, When):
-        return f"when {trigger.condition}" + (f" for {trigger.hold:g} s" if trigger.hold else "")
-    return "all the time"
+    size = ""
+    if behaviour.main is not None:
+        value = getattr(behaviour, behaviour.main)
+        unit = _unit(hints(behaviour.__class__)[behaviour.main], unit_without_car(fault.element))
+        size = f" {value:.4g} {unit}".rstrip() if isinstance(value, float) else f" {value}"
+    name = f"{fault.name}: " if fault.name else ""
+    return f"{name}{what}{size}, {of_beginning(fault)}{'' if fault.lasts is None else f', for {fault.lasts:g} s'}"
 
 
 FAULTS = FileRegistry("tierod.faults", "fault", Path(__file__).parent / "shipped")
@@ -191,7 +168,6 @@ class _Reader:
         return self.document.error((*self.location, key), message)
 
     def fault(self) -> Fault:
-        """The fault of the table."""
         for key in self.table:
             if key not in self.KEYS:
                 raise self._error(key, f"'{key}' is not known here{nearest(key, self.KEYS)}")

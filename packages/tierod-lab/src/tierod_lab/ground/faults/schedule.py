@@ -48,25 +48,23 @@ class Watch:
     """Evaluates a condition on the outputs of a car, piece by piece, until it has held for long enough."""
 
     def __init__(self, trigger: AtDistance | When, reach: Reach):
-        self.hold = 0.0 if isinstance(trigger, AtDistance) else trigger.hold
         self.comparisons: list[tuple[Comparison, str]] = []
         self.since: float | None = None
         if isinstance(trigger, AtDistance):
-            wanted: tuple[Comparison, ...] = (Comparison(DISTANCE, False, ">=", trigger.distance, "m"),)
+            self.hold, wanted = 0.0, (Comparison(DISTANCE, False, ">=", trigger.distance, "m"),)
         else:
-            wanted = trigger.comparisons
-        for comparison in wanted:
-            name = comparison.signal
-            if name not in reach.outputs:
-                raise ParameterError(f"the car has no channel '{name}' to wait for{nearest(name, reach.outputs)}")
-            unit = reach.outputs[name] or ""
+            self.hold, wanted = trigger.hold, trigger.comparisons
+        for each in wanted:
+            if each.signal not in reach.outputs:
+                near = nearest(each.signal, reach.outputs)
+                raise ParameterError(f"the car has no channel '{each.signal}' to wait for{near}")
+            unit = reach.outputs[each.signal] or ""
             try:
-                comparison.holds(np.zeros(1), unit)
+                each.holds(np.zeros(1), unit)
             except InputError as error:
-                raise ParameterError(
-                    f"'{name}' cannot be held against {comparison.value:g} {comparison.unit}: {error}"
-                ) from None
-            self.comparisons.append((comparison, unit))
+                against = f"'{each.signal}' cannot be held against {each.value:g} {each.unit}"
+                raise ParameterError(f"{against}: {error}") from None
+            self.comparisons.append((each, unit))
 
     def held(self, time: np.ndarray, outputs: Mapping[str, np.ndarray]) -> bool:
         """Whether the condition has held for long enough by the end of these samples.
@@ -88,6 +86,7 @@ class Watch:
         return False
 
 
+_NOTHING, _NO_CHANCE = np.empty(0), Chance((0,), 0.0, 0.0)
 _LOOP_RATE = 1000.0  # Sampling rate of the control loops [Hz]
 _EARLY = 1e-9  # Tolerance for rounding of the time of a run [s]
 
@@ -114,13 +113,8 @@ class Active:
         self.chances: tuple[Chance, ...] = ()
 
     def begin(self, start: float, seconds: float) -> None:
-        """Start the fault.
-
-        Args:
-            start: time of the onset [s]
-            seconds: end of the run [s]
-        """
-        lasts = _lasts(self.fault)
+        """Start the fault at a time [s] of a run that ends at another one [s]."""
+        lasts = self.fault.lasts
         self.start, self.watch = start, None
         self.end = seconds if lasts is None else min(start + lasts, seconds)
         self.chances = tuple(
@@ -138,16 +132,15 @@ class Active:
 
 
 def prepared(fault: Fault, reach: Reach, key: tuple[int, ...], seconds: float) -> Active:
-    """Prepare a fault for a run.
-
-    Args:
-        seconds: duration of the run [s]
-    """
+    """Prepare a fault for a run of a duration [s]."""
     found = (_aimed(fault, each, reach, seconds) for each in fault.effects)
     effects = tuple(effect for effect in found if effect.targets)
     if not effects:
         raise fault.error("element", reach.nothing_of(each.element for each in fault.effects))
-    _check_duration(fault, reach)
+    step = getattr(reach.car, "step_time", 0.0)
+    if fault.duration is not None and fault.duration < step:
+        message = f"the fault lasts {fault.duration:g} s, less than a step of the car, {step:g} s; let it last longer"
+        raise fault.error("duration", message)
     active = Active(fault, effects, key, tuple(_rate(effect, reach) for effect in effects))
     trigger = fault.trigger
     if isinstance(trigger, AtDistance | When):
@@ -160,13 +153,6 @@ def prepared(fault: Fault, reach: Reach, key: tuple[int, ...], seconds: float) -
     return active
 
 
-def _check_duration(fault: Fault, reach: Reach) -> None:
-    step = getattr(reach.car, "step_time", 0.0)
-    if fault.duration is not None and fault.duration < step:
-        message = f"the fault lasts {fault.duration:g} s, less than a step of the car, {step:g} s; let it last longer"
-        raise fault.error("duration", message)
-
-
 def _aimed(fault: Fault, effect: Effect, reach: Reach, seconds: float) -> AimedEffect:
     try:
         targets = reach.targets(effect.element, effect.behaviour)
@@ -176,21 +162,14 @@ def _aimed(fault: Fault, effect: Effect, reach: Reach, seconds: float) -> AimedE
         raise fault.error("element", str(error), effect) from None
     behaviour = resolved(fault, effect, targets[0].unit) if targets else effect.behaviour
     for target in targets:
-        if target.role == SIGNAL and (wrong := _wrong_reading(behaviour, reach, target)):
-            raise fault.error("behaviour", wrong, effect)
+        if target.role == SIGNAL:
+            try:  # Some channels cannot behave so, such as a bit flip without a quantum.
+                behaviour.on_channel(_NOTHING, _NOTHING, _NOTHING > 0.0, reach.sensors[target.name], _NO_CHANCE)
+            except ParameterError as error:
+                raise fault.error("behaviour", str(error), effect) from None
         if target.limits is not None and (wrong := _out_of_range(fault, behaviour, target, seconds)):
             raise fault.error("size", wrong, effect)
     return AimedEffect(behaviour, targets)
-
-
-def _wrong_reading(behaviour: Behaviour, reach: Reach, target: Target) -> str:
-    """Reason why a recorded channel cannot behave so, such as a bit flip without a quantum; "" if it can."""
-    nothing = np.empty(0)
-    try:
-        behaviour.on_channel(nothing, nothing, nothing > 0.0, reach.sensors[target.name], Chance((0,), 0.0, 0.0))
-    except ParameterError as error:
-        return str(error)
-    return ""
 
 
 def _out_of_range(fault: Fault, behaviour: Behaviour, target: Target, seconds: float) -> str:
@@ -201,7 +180,7 @@ def _out_of_range(fault: Fault, behaviour: Behaviour, target: Target, seconds: f
     since = np.linspace(0.0, _longest(fault, seconds), 101)
     if isinstance(core, Course):
         since = np.union1d(since, [time for time in core.times if 0.0 <= time <= since[-1]])
-    change = core.change(since, Chance((0,), 0.0, 0.0))
+    change = core.change(since, _NO_CHANCE)
     gain, offset = np.broadcast_arrays(change.gain, change.offset)
     # The usual value of a surrounding is known only during the run: here, only values independent of it are checked.
     values = offset[gain == 0.0] if target.usual is None else np.ravel(gain * target.usual + offset)
@@ -216,12 +195,7 @@ def _longest(fault: Fault, seconds: float) -> float:
     """Longest possible duration of a fault in a run [s]."""
     trigger = fault.trigger
     start = trigger.time if isinstance(trigger, AtTime) else trigger.earliest if isinstance(trigger, Within) else 0.0
-    return max(min(_lasts(fault) or seconds, seconds - start), 0.0)
-
-
-def _lasts(fault: Fault) -> float | None:
-    """Duration of a fault [s]; None until the end of the run."""
-    return fault.duration or fault.behaviour.usual_duration
+    return max(min(fault.lasts or seconds, seconds - start), 0.0)
 
 
 def _rate(effect: AimedEffect, reach: Reach) -> float:
@@ -262,7 +236,6 @@ class PortCourse:
 
     @property
     def last(self) -> Levels:
-        """Levels of the last step."""
         return Levels(float(self.gain[-1]), float(self.offset[-1]))
 
     def add(self, during: np.ndarray, change: Change, before: Levels) -> Levels:
@@ -283,10 +256,6 @@ class PortCourse:
         self.offset[during] = change.gain * self.offset[during] + change.offset
         self.held[holds] = 1.0
         return into
-
-    def inputs(self, name: str) -> dict[str, np.ndarray]:
-        """Inputs of a car for a port of this name."""
-        return {f"ports.{name}.{part}": getattr(self, part) for part in ("gain", "offset", "held")}
 
 
 _STREAM = 4  # Number of the faults' random stream, separate from those of road, driver, sensors and scatter
@@ -376,7 +345,8 @@ class Schedule:
             during = active.during(time)
             if during.any():
                 change = active.change(number, time[during])
-                values = given.setdefault(_input(target), _without_fault(target, time, usual))
+                name = f"parameters.{target.name}" if target.role == PARAMETER else target.name
+                values = given.setdefault(name, _without_fault(target, time, usual))
                 values[during] = change.gain * values[during] + change.offset
         return given
 
@@ -390,7 +360,8 @@ class Schedule:
                 self._before[effect] = course.add(during, change, self._before.get(effect, Levels()))
             else:
                 self._before[effect] = courses[target.name].last if target.name in courses else Levels()
-        return {name: values for port, course in courses.items() for name, values in course.inputs(port).items()}
+        parts = ("gain", "offset", "held")
+        return {f"ports.{port}.{part}": getattr(course, part) for port, course in courses.items() for part in parts}
 
     def on_channel(self, name: str, time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         for (active, number), target in self._targets(SIGNAL):
@@ -403,35 +374,31 @@ class Schedule:
     @property
     def windows(self) -> tuple[dict[str, Any], ...]:
         """Fault name, element, behaviour, start and end [s] of every effect; None if the fault did not start."""
-        return tuple(
-            {
-                "name": active.fault.label,
-                "element": effect.targets[0].name,
-                "behaviour": kind_name(type(effect.behaviour)),
-                "start": active.start,
-                "end": None if active.start is None else active.end,
-            }
-            for active in self._faults
-            for effect in active.effects
-        )
+        return tuple(_window(active, effect) for active in self._faults for effect in active.effects)
 
     @property
     def provenance(self) -> tuple[dict[str, Any], ...]:
         """Complete description of every effect: window, behaviour with all numbers in SI units, and trigger."""
-        effects = [(active, effect) for active in self._faults for effect in active.effects]
         return tuple(
-            window
+            _window(active, effect)
             | {
                 "targets": [f"{target.role} {target.name}" for target in effect.targets],
                 "behaviour": described(effect.behaviour),
                 "trigger": trigger_table(active.fault.trigger),
             }
-            for window, (active, effect) in zip(self.windows, effects, strict=True)
+            for active in self._faults
+            for effect in active.effects
         )
 
 
-def _input(target: Target) -> str:
-    return f"parameters.{target.name}" if target.role == PARAMETER else target.name
+def _window(active: Active, effect: AimedEffect) -> dict[str, Any]:
+    return {
+        "name": active.fault.label,
+        "element": effect.targets[0].name,
+        "behaviour": kind_name(type(effect.behaviour)),
+        "start": active.start,
+        "end": None if active.start is None else active.end,
+    }
 
 
 def _without_fault(target: Target, time: np.ndarray, usual: Usual | None) -> np.ndarray:

@@ -24,6 +24,7 @@ from tierod.physics.pm_motor import (
     torque_of_flux,
 )
 from tierod_lab.ground.motor.control import ControlMemory, CurrentControl
+from tierod_lab.ground.parts import signals
 
 
 @dataclass(frozen=True)
@@ -232,28 +233,21 @@ class DriveState(NamedTuple):
 Fine: TypeAlias = Tree  # Tuple with one number per sub-sample
 
 
-class FineSignals(NamedTuple):
-    """Signals at the motor's own rate: per step a tuple of sub-samples each, the first at the instant of the step.
+FineSignals = signals(
+    "FineSignals",
+    """motor_current_alpha motor_current_beta motor_voltage_alpha motor_voltage_beta motor_target_voltage_alpha
+    motor_target_voltage_beta motor_angle_mechanical motor_speed resolver_cosine resolver_sine""",
+)
+"""Signals at the motor's own rate: per step a tuple of sub-samples each, the first at the instant of the step.
 
-    Voltages are means over the period that ends at the instant; the target is the command of the inverter.
-    """
-
-    motor_current_alpha: Annotated[Fine, "A"]
-    motor_current_beta: Annotated[Fine, "A"]
-    motor_voltage_alpha: Annotated[Fine, "V"]
-    motor_voltage_beta: Annotated[Fine, "V"]
-    motor_target_voltage_alpha: Annotated[Fine, "V"]
-    motor_target_voltage_beta: Annotated[Fine, "V"]
-    motor_angle_mechanical: Annotated[Fine, "rad"]
-    motor_speed: Annotated[Fine, "rad/s"]
-    resolver_cosine: Annotated[Fine, "V"]
-    resolver_sine: Annotated[Fine, "V"]
+Voltages are means over the period that ends at the instant; the target is the command of the inverter.
+"""
 
 
 class DriveSignals(NamedTuple):
     """Signals of a motor at the instant of a step, and its fine signals over the step after it."""
 
-    fine: FineSignals
+    fine: Tree
     motor_torque: Annotated[Scalar, "N*m"]
     motor_temperature: Annotated[Scalar, "K"]
     supply_voltage: Annotated[Scalar, "V"]

@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from tierod.core.errors import ParameterError, TierodError, nearest
-from tierod.core.fields import NOT_NEGATIVE, POSITIVE, numbers, replaced
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE, replaced
 from tierod.core.files import sha256_of
 from tierod.core.graph.trace import trace
 from tierod.core.plugins import FileRegistry
@@ -27,7 +27,7 @@ from tierod_lab.ground.courses import AnyCourse
 from tierod_lab.ground.faults import AtTime, Fault, Schedule, Within, fault_of
 from tierod_lab.ground.parts import Plant
 from tierod_lab.ground.recorder import channel_names
-from tierod_lab.ground.run import Outcome, run
+from tierod_lab.ground.run import Outcome, run, unequal_steps
 from tierod_lab.ground.scatter import Scatter
 from tierod_lab.ground.scenarios.plants import plant_car
 from tierod_lab.ground.sensors import SensorSet
@@ -57,12 +57,7 @@ class Scenario:
     next_command: str = ""  # command line that evaluates the run; "" for the usual monitor of the vehicle
 
     def with_run(self, seconds: float | None = None, seed: int | None = None) -> Scenario:
-        """The same scenario with another duration or seed.
-
-        Args:
-            seconds: duration [s], unchanged if None; faults that would start later are left out
-            seed: seed, unchanged if None
-        """
+        """The same scenario with another duration [s] or seed; faults that would start later are left out."""
         seconds = self.duration if seconds is None else seconds
         seed = self.seed if seed is None else seed
         require_duration(seconds, self.car.step_time)
@@ -97,17 +92,8 @@ class Scenario:
 
     def run(self, progress: Callable[[float], None] = lambda share: None) -> Outcome:
         """Simulate the scenario."""
-        return run(
-            self.car,
-            self.course,
-            self.duration,
-            self.seed,
-            self.sensors,
-            self.faults,
-            self.scatter,
-            self.provenance,
-            progress,
-        )
+        parts = (self.sensors, self.faults, self.scatter, self.provenance)
+        return run(self.car, self.course, self.duration, self.seed, *parts, progress)
 
 
 def _begins_before(fault: Fault, seconds: float) -> bool:
@@ -118,12 +104,7 @@ def _begins_before(fault: Fault, seconds: float) -> bool:
 
 
 def require_duration(seconds: float, step_time: float) -> None:
-    """Reject a run that is shorter than a step of the car or too long for the memory.
-
-    Args:
-        seconds: duration [s]
-        step_time: step of the car [s]
-    """
+    """Reject a duration [s] that is shorter than a step of the car [s] or too long for the memory."""
     if not step_time <= seconds <= LONGEST:
         raise ParameterError(
             f"a run cannot last {seconds:g} s; give at least a step of the car, {step_time:g} s, "
@@ -146,24 +127,14 @@ def lengthened(course: AnyCourse, seconds: float) -> AnyCourse:
 
 def require_fault_free(scenario: Scenario) -> None:
     """Reject a scenario whose parts contradict each other."""
-    _steps_fit(scenario)
+    if wrong := unequal_steps(scenario.car):
+        raise scenario.document.error(("car",), wrong)
     _course_fits(scenario)
     _sensors_fit(scenario)
     car, sensors = scenario.car, scenario.sensors
     if scenario.scatter is not None:
         car, sensors = scenario.scatter.draw(car, sensors, np.random.default_rng(scenario.seed))
     Schedule(scenario.faults, car, sensors, scenario.seed, scenario.duration)
-
-
-def _steps_fit(scenario: Scenario) -> None:
-    step = scenario.car.step_time
-    for path, number in numbers(scenario.car).items():
-        if path.endswith(".step_time") and number.value != step:
-            raise scenario.document.error(
-                ("car",),
-                f"the car is computed every {step:g} s, but its parameter '{path}' is {number.value:g} s; make them "
-                "equal",
-            )
 
 
 def _course_fits(scenario: Scenario) -> None:
@@ -269,7 +240,6 @@ def shipped() -> tuple[str, ...]:
 
 
 def load(name_or_path: str | Path) -> Scenario:
-    """The scenario of a shipped name or of a file."""
     return from_document(Document.read(SCENARIOS.find(str(name_or_path)), "scenario"))
 
 

@@ -195,16 +195,13 @@ class SensorSet:
         return self.sensors[name]
 
     def with_sensors(self, sensors: Mapping[str, Sensor]) -> SensorSet:
-        """The set with sensors added or replaced."""
         return replace(self, sensors={**self.sensors, **sensors})
 
     def without(self, names: Iterable[str]) -> SensorSet:
-        """The set without these channels."""
         left_out = {name: self[name] for name in names}
         return replace(self, sensors={name: each for name, each in self.items() if name not in left_out})
 
     def only(self, names: Iterable[str]) -> SensorSet:
-        """The set with these channels only."""
         return replace(self, sensors={name: self[name] for name in names})
 
     def at_rate(self, rate: float) -> SensorSet:
@@ -213,7 +210,6 @@ class SensorSet:
 
     @classmethod
     def production(cls) -> SensorSet:
-        """Sensors of a production car, as on its bus."""
         return _shipped("production")
 
     @classmethod
@@ -233,7 +229,6 @@ class SensorSet:
 
     @classmethod
     def preset(cls, name: str) -> SensorSet:
-        """The shipped set of this name."""
         if name not in PRESETS:
             raise ParameterError(f"no set of sensors is called '{name}'{nearest(name, PRESETS)}")
         return cls.ideal() if name == "ideal" else _shipped(name)

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Annotated, NamedTuple
 
-from tierod.core.block import Scalar
+from tierod.core.block import Scalar, Tree
 from tierod.core.errors import ParameterError
 from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import limit, sin
@@ -19,39 +19,8 @@ from tierod.physics.steering_ratio import (
     torsion_bar_torque,
     variable_ratio,
 )
-from tierod_lab.ground.parts import Hand, Loads, Memory, Steer
+from tierod_lab.ground.parts import Hand, Loads, Memory, Steer, signals
 from tierod_lab.ground.steering.friction import Dahl, DryFriction
-
-
-def driving_limit(speed: Scalar, maximum_torque: Scalar, base_speed: Scalar, no_load_speed: Scalar) -> Scalar:
-    """Largest torque [N*m] of the motor in the direction of positive speed.
-
-    Args:
-        speed: of the rotor in the direction of the torque [rad/s]; braking is limited by the current alone
-        maximum_torque: torque at the current limit [N*m]
-        base_speed: speed up to which the maximum torque is available [rad/s]
-        no_load_speed: speed at which no torque is left [rad/s], above the base speed
-
-    Validity: linear between both speeds, as for a motor without field weakening.
-    """
-    return maximum_torque * limit((no_load_speed - speed) / (no_load_speed - base_speed), 0.0, 1.0)
-
-
-def torque_ripple(
-    motor_angle: Scalar, motor_torque: Scalar, cogging_torque: Scalar, ripple_share: Scalar, order: Scalar
-) -> Scalar:
-    """Torque [N*m] of cogging and current-dependent ripple at the shaft.
-
-    Args:
-        motor_angle: mechanical angle of the rotor [rad]
-        motor_torque: mean torque of the currents [N*m]
-        cogging_torque: amplitude without current [N*m]
-        ripple_share: amplitude per torque of the currents [-]
-        order: periods per revolution of the rotor [-]
-
-    Only the strongest order is modelled; cogging and ripple are assumed to be in phase.
-    """
-    return (cogging_torque + ripple_share * motor_torque) * sin(order * motor_angle)
 
 
 class Wheel(NamedTuple):
@@ -75,23 +44,23 @@ class TorsionBar:
 
 @dataclass(frozen=True)
 class Ripple:
-    """Cogging torque and torque ripple over the rotor angle, see `motor_torque`; of a good EPS motor."""
+    """Cogging torque and torque ripple of the strongest order, in phase with each other; of a good EPS motor."""
 
-    cogging_torque: Annotated[float, "N*m", NOT_NEGATIVE] = 0.01
-    share: Annotated[float, "", NOT_NEGATIVE] = 0.01
-    order: Annotated[float, "", POSITIVE] = 24.0
+    cogging_torque: Annotated[float, "N*m", NOT_NEGATIVE] = 0.01  # amplitude without current
+    share: Annotated[float, "", NOT_NEGATIVE] = 0.01  # amplitude per torque of the currents
+    order: Annotated[float, "", POSITIVE] = 24.0  # periods per revolution of the rotor
 
 
 def rippled(torque: Scalar, angle: Scalar, ripple: Ripple | None) -> Scalar:
     """Shaft torque [N*m] for an electromagnetic torque [N*m] at a rotor angle [rad]."""
     if ripple is None:
         return torque
-    return torque + torque_ripple(angle, torque, ripple.cogging_torque, ripple.share, ripple.order)
+    return torque + (ripple.cogging_torque + ripple.share * torque) * sin(ripple.order * angle)
 
 
 @dataclass(frozen=True)
 class SpeedLimit:
-    """Torque limit due to the voltage at high speed, see `tierod_lab.ground.steering`.
+    """Torque limit due to the voltage: full torque up to the base speed, none at that without load, linear between.
 
     The defaults are typical: with a ratio of 20, full torque up to 430 degrees of column per second, none at 1000.
     """
@@ -131,9 +100,11 @@ class Motor:
         return (limit(request, -self._most(-speed), self._most(speed)) - torque) / self.lag
 
     def _most(self, speed: Scalar) -> Scalar:
-        if self.speed_limit is None:
+        bound = self.speed_limit
+        if bound is None:
             return self.maximum_torque
-        return driving_limit(speed, self.maximum_torque, self.speed_limit.base_speed, self.speed_limit.no_load_speed)
+        share = (bound.no_load_speed - speed) / (bound.no_load_speed - bound.base_speed)
+        return self.maximum_torque * limit(share, 0.0, 1.0)
 
     def shaft_torque(self, torque: Scalar, angle: Scalar) -> Scalar:
         """Shaft torque [N*m] at a rotor angle [rad]."""
@@ -247,30 +218,18 @@ class Linkage:
         return variable_ratio(angle, self.ratio, self.ratio_growth)
 
 
-class SteeringSignals(NamedTuple):
-    """Signals before sensors, and quantities without a sensor (`truth_`).
+SteeringSignals = signals(
+    "SteeringSignals",
+    """steering_wheel_angle steering_wheel_rate driver_torque motor_torque motor_angle_mechanical motor_speed
+    pinion_angle rack_position rack_speed rack_force tie_rod_force_left tie_rod_force_right road_wheel_angle_left
+    road_wheel_angle_right truth_friction_torque[N*m] truth_friction_resistance[N*m]
+    truth_steering_wheel_acceleration[rad/s**2]""",
+)
+"""Signals before sensors, and quantities without a sensor (`truth_`).
 
-    `truth_friction_torque` is the sliding level of all dry friction about the steering wheel's axis, at the reference
-    loads and the present angle; `truth_friction_resistance` is the present torque of all dry friction, with its sign.
-    """
-
-    steering_wheel_angle: Annotated[Scalar, "rad"]
-    steering_wheel_rate: Annotated[Scalar, "rad/s"]
-    driver_torque: Annotated[Scalar, "N*m"]
-    motor_torque: Annotated[Scalar, "N*m"]
-    motor_angle_mechanical: Annotated[Scalar, "rad"]
-    motor_speed: Annotated[Scalar, "rad/s"]
-    pinion_angle: Annotated[Scalar, "rad"]
-    rack_position: Annotated[Scalar, "m"]
-    rack_speed: Annotated[Scalar, "m/s"]
-    rack_force: Annotated[Scalar, "N"]
-    tie_rod_force_left: Annotated[Scalar, "N"]
-    tie_rod_force_right: Annotated[Scalar, "N"]
-    road_wheel_angle_left: Annotated[Scalar, "rad"]
-    road_wheel_angle_right: Annotated[Scalar, "rad"]
-    truth_friction_torque: Annotated[Scalar, "N*m"]
-    truth_friction_resistance: Annotated[Scalar, "N*m"]
-    truth_steering_wheel_acceleration: Annotated[Scalar, "rad/s**2"]
+`truth_friction_torque` is the sliding level of all dry friction about the steering wheel's axis, at the reference
+loads and the present angle; `truth_friction_resistance` is the present torque of all dry friction, with its sign.
+"""
 
 
 class Shaft(NamedTuple):
@@ -306,7 +265,7 @@ def steering_signals(
     rack: Rack,
     resistance: Resistance,
     dry: Dry,
-) -> SteeringSignals:
+) -> Tree:
     """Signals of a steering; the tie-rod forces follow from the balance of moments of their road wheels.
 
     Args:
@@ -319,21 +278,17 @@ def steering_signals(
     left = (resistance.left + swing) / linkage.rack_ratio
     right = (resistance.right + swing) / linkage.rack_ratio
     return SteeringSignals(
-        steering_wheel_angle=hand.angle,
-        steering_wheel_rate=hand.rate,
-        driver_torque=driver_torque,
-        motor_torque=motor.torque,
-        motor_angle_mechanical=motor.angle,
-        motor_speed=motor.rate,
-        pinion_angle=pinion_angle,
-        rack_position=linkage.rack_ratio * rack.angle,
-        rack_speed=linkage.rack_ratio * rack.rate,
-        rack_force=left + right,
-        tie_rod_force_left=left,
-        tie_rod_force_right=right,
-        road_wheel_angle_left=steer.left,
-        road_wheel_angle_right=steer.right,
-        truth_friction_torque=dry.level,
-        truth_friction_resistance=dry.torque,
-        truth_steering_wheel_acceleration=hand_acceleration,
+        *hand,
+        driver_torque,
+        *motor,
+        pinion_angle,
+        linkage.rack_ratio * rack.angle,
+        linkage.rack_ratio * rack.rate,
+        left + right,
+        left,
+        right,
+        steer.left,
+        steer.right,
+        *dry,
+        hand_acceleration,
     )

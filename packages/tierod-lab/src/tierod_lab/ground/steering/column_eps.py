@@ -11,7 +11,7 @@ from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.physics.friction import viscous
 from tierod.physics.gear import lash_torque, superposed_angle
 from tierod.physics.steering_ratio import column_torque_of_motor
-from tierod_lab.ground.parts import Hand, Loads, Memory, Steer
+from tierod_lab.ground.parts import Hand, Loads, Memory, Steer, signals
 from tierod_lab.ground.steering import (
     Dry,
     Linkage,
@@ -19,7 +19,6 @@ from tierod_lab.ground.steering import (
     Rack,
     Resistance,
     Shaft,
-    SteeringSignals,
     TorsionBar,
     Wheel,
     assist_motor,
@@ -134,7 +133,7 @@ class ColumnEps:
             self.linkage.advance(motion.angle, motion.rate, start.angle, memory.kingpins, loads),
         )
 
-    def signals(self, motion: ColumnMotion, memory: ColumnMemory, loads: Loads) -> SteeringSignals:
+    def signals(self, motion: ColumnMotion, memory: ColumnMemory, loads: Loads) -> Tree:
         balance = self._balance(motion, motion, memory, loads)
         level = self.friction.sliding_level(motion.angle) + self.linkage.friction_level(motion.angle)
         return steering_signals(
@@ -201,28 +200,17 @@ class ActiveFrontMotion(NamedTuple):
     motor_angle: Scalar
 
 
-class ActiveFrontSignals(NamedTuple):
-    """Signals of the steering before sensors; those of the motor come from its drive.
+ActiveFrontSignals = signals(
+    "ActiveFrontSignals",
+    """steering_wheel_angle steering_wheel_rate driver_torque column_assist_torque pinion_angle pinion_rate
+    rack_position rack_force tie_rod_force_left tie_rod_force_right road_wheel_angle_left road_wheel_angle_right
+    truth_gear_input_angle[rad] truth_friction_torque[N*m] truth_friction_resistance[N*m]""",
+)
+"""Signals of the steering before sensors; those of the motor come from its drive.
 
-    `truth_gear_input_angle` is the angle of the shaft that enters the gear, below the torsion bar; the friction is
-    defined as in `SteeringSignals`.
-    """
-
-    steering_wheel_angle: Annotated[Scalar, "rad"]
-    steering_wheel_rate: Annotated[Scalar, "rad/s"]
-    driver_torque: Annotated[Scalar, "N*m"]
-    column_assist_torque: Annotated[Scalar, "N*m"]
-    pinion_angle: Annotated[Scalar, "rad"]
-    pinion_rate: Annotated[Scalar, "rad/s"]
-    rack_position: Annotated[Scalar, "m"]
-    rack_force: Annotated[Scalar, "N"]
-    tie_rod_force_left: Annotated[Scalar, "N"]
-    tie_rod_force_right: Annotated[Scalar, "N"]
-    road_wheel_angle_left: Annotated[Scalar, "rad"]
-    road_wheel_angle_right: Annotated[Scalar, "rad"]
-    truth_gear_input_angle: Annotated[Scalar, "rad"]
-    truth_friction_torque: Annotated[Scalar, "N*m"]
-    truth_friction_resistance: Annotated[Scalar, "N*m"]
+`truth_gear_input_angle` is the angle of the shaft that enters the gear, below the torsion bar; the friction is
+defined as in `SteeringSignals`.
+"""
 
 
 @dataclass(frozen=True)
@@ -272,7 +260,7 @@ class ActiveFront:
     def hand(self, motion: ActiveFrontMotion) -> Hand:
         return Hand(*motion.column.wheel)
 
-    def motor_load(self, signals: ActiveFrontSignals, angle: Scalar, speed: Scalar, elapsed: Scalar) -> Scalar:
+    def motor_load(self, signals: Tree, angle: Scalar, speed: Scalar, elapsed: Scalar) -> Scalar:
         """Load torque of the gear on the motor [N*m]; steering wheel and pinion are extrapolated at constant rate.
 
         Args:
@@ -303,7 +291,7 @@ class ActiveFront:
     ) -> ColumnMemory:
         return self.column.advance(motion.column, start.column, memory, self._below(loads))
 
-    def signals(self, motion: ActiveFrontMotion, memory: ColumnMemory, loads: Loads) -> ActiveFrontSignals:
+    def signals(self, motion: ActiveFrontMotion, memory: ColumnMemory, loads: Loads) -> Tree:
         seen = self._seen(motion, loads.actuator_torques[1])
         below, column = self.column.signals(seen, memory, self._below(loads)), motion.column
         return ActiveFrontSignals(

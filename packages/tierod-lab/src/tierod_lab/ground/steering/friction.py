@@ -21,79 +21,17 @@ from tierod.physics.friction import (
 from tierod_lab.ground.parts import Memory
 
 
-def elastoplastic_update(share: Scalar, angle_increment: Scalar, elastic_angle: Scalar) -> Scalar:
-    """Friction share [-] of an elastic element that slips at its level, after an angle increment.
-
-    Args:
-        share: before the increment [-]
-        angle_increment: [rad], without reversal inside
-        elastic_angle: level over stiffness [rad], positive; tends to Coulomb's law as it tends to zero
+def _elastic(share: Scalar, turned: Scalar, angle: Scalar) -> Scalar:
+    """Friction share [-] of an elastic element that slips at its level, after a turn [rad].
 
     Source: one element of Iwan, J. Appl. Mech. 33 (1966) 893; the Maxwell slip model (Lampaert, Swevers, Al-Bender,
     IEEE TAC 47 (2002) 683) is a sum of such elements.
     """
-    return limit(share + angle_increment / elastic_angle, -1.0, 1.0)
+    return limit(share + turned / angle, -1.0, 1.0)
 
 
-def elastoplastic_slope(share: Scalar, direction: Scalar, elastic_angle: Scalar) -> Scalar:
-    """Derivative of the friction share with respect to the angle [1/rad]: slope of `elastoplastic_update`.
-
-    Args:
-        share: friction share at present [-]
-        direction: sign of the rate [-]; zero at rest, where the element sticks
-        elastic_angle: level over stiffness [rad], positive
-
-    An elastic element that slips at its level.
-    """
-    return where(share * direction < 1.0, 1.0 / elastic_angle, 0.0)
-
-
-def lugre_update(bristle: Scalar, angle_increment: Scalar, bristle_angle: Scalar, steady_share: Scalar) -> Scalar:
-    """Normalised bristle deflection [-] of the LuGre model after an angle increment at a constant rate.
-
-    Args:
-        bristle: deflection times bristle stiffness over the sliding level, before the increment [-]
-        angle_increment: [rad], without reversal inside
-        bristle_angle: sliding level over bristle stiffness [rad], positive
-        steady_share: steady friction at this rate over the sliding level, g of the paper [-], positive
-
-    Source: Canudas de Wit et al., IEEE TAC 40 (1995) 419, eq (2), solved over the angle:
-    dz/d theta = s - sigma_0 z / g with s = sgn(d theta).
-    """
-    settled = sign(angle_increment) * steady_share
-    return settled + (bristle - settled) * exp(-absolute(angle_increment) / (bristle_angle * steady_share))
-
-
-def lugre_slope(bristle: Scalar, direction: Scalar, bristle_angle: Scalar, steady_share: Scalar) -> Scalar:
-    """Derivative of the normalised bristle deflection with respect to the angle [1/rad].
-
-    Args:
-        bristle: normalised deflection, from `lugre_update` [-]
-        direction: sign of the rate [-]
-        bristle_angle: sliding level over bristle stiffness [rad]
-        steady_share: as in `lugre_update` [-]
-
-    Source: the equation that `lugre_update` solves.
-    """
-    return (1.0 - direction * bristle / steady_share) / bristle_angle
-
-
-def lugre_share(
-    bristle: Scalar, rate: Scalar, bristle_angle: Scalar, steady_share: Scalar, micro_time: Scalar
-) -> Scalar:
-    """Friction share [-] of the LuGre model without its viscous term.
-
-    Args:
-        bristle: normalised deflection, from `lugre_update` [-]
-        rate: angular rate [rad/s]
-        bristle_angle: sliding level over bristle stiffness [rad]
-        steady_share: as in `lugre_update` [-]
-        micro_time: damping over stiffness of the bristles, sigma_1 / sigma_0 [s]
-
-    Source: `lugre_torque`, with the sliding level as unit of torque and `bristle_angle` as unit of deflection.
-    """
-    bristle_rate = lugre_bristle_rate(bristle, rate, 1.0, steady_share) / bristle_angle
-    return lugre_torque(bristle, bristle_rate, rate, 1.0, micro_time, 0.0)
+def _elastic_slope(share: Scalar, rate: Scalar, angle: Scalar) -> Scalar:
+    return where(share * sign(rate) < 1.0, 1.0 / angle, 0.0)
 
 
 class Law(Protocol):
@@ -176,10 +114,10 @@ class Coulomb(Elastic):
     angle: Annotated[float, "rad", POSITIVE] = math.radians(0.05)
 
     def slope(self, memory: Memory, rate: Scalar) -> Scalar:
-        return elastoplastic_slope(memory, sign(rate), self.angle)
+        return _elastic_slope(memory, rate, self.angle)
 
     def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Memory:
-        return elastoplastic_update(memory, turned, self.angle)
+        return _elastic(memory, turned, self.angle)
 
 
 @dataclass(frozen=True)
@@ -209,13 +147,11 @@ class MaxwellSlip:
 
     def slope(self, memory: Memory, rate: Scalar) -> Scalar:
         elements = zip(self.shares, memory, self.angles, strict=True)
-        slopes = (share * elastoplastic_slope(element, sign(rate), angle) for share, element, angle in elements)
+        slopes = (share * _elastic_slope(element, rate, angle) for share, element, angle in elements)
         return sum(slopes, start=0.0)
 
     def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Memory:
-        return tuple(
-            elastoplastic_update(element, turned, angle) for element, angle in zip(memory, self.angles, strict=True)
-        )
+        return tuple(_elastic(element, turned, angle) for element, angle in zip(memory, self.angles, strict=True))
 
 
 @dataclass(frozen=True)
@@ -226,7 +162,7 @@ class Stribeck(FallingLevel):
     """
 
     def share(self, memory: Memory, turned: Scalar, rate: Scalar) -> Scalar:
-        return dahl_update(memory, turned, self.angle) * self._steady(rate)
+        return self.advance(memory, turned, rate) * self._steady(rate)
 
     def slope(self, memory: Memory, rate: Scalar) -> Scalar:
         return self._steady(rate) * dahl_slope(memory, sign(rate), self.angle)
@@ -240,20 +176,25 @@ class LuGre(FallingLevel):
     """Bristle model with a falling steady-state curve and damping; the level is that of fast sliding, without damping.
 
     `angle` is the level divided by the bristle stiffness, and `excess` that of steady-state friction near standstill.
+    The memory is the bristle deflection times its stiffness over the sliding level.
+    Source: Canudas de Wit et al., IEEE TAC 40 (1995) 419, eq (2), solved over the angle:
+    dz/d theta = s - sigma_0 z / g with s = sgn(d theta).
     """
 
-    micro_time: Annotated[float, "s", NOT_NEGATIVE] = 2e-3
+    micro_time: Annotated[float, "s", NOT_NEGATIVE] = 2e-3  # damping over stiffness of the bristles
 
     def share(self, memory: Memory, turned: Scalar, rate: Scalar) -> Scalar:
-        steady = self._steady(rate)
-        bristle = lugre_update(memory, turned, self.angle, steady)
-        return lugre_share(bristle, rate, self.angle, steady, self.micro_time)
+        bristle = self.advance(memory, turned, rate)
+        bristle_rate = lugre_bristle_rate(bristle, rate, 1.0, self._steady(rate)) / self.angle
+        return lugre_torque(bristle, bristle_rate, rate, 1.0, self.micro_time, 0.0)
 
     def slope(self, memory: Memory, rate: Scalar) -> Scalar:
-        return lugre_slope(memory, sign(rate), self.angle, self._steady(rate))
+        return (1.0 - sign(rate) * memory / self._steady(rate)) / self.angle
 
     def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Memory:
-        return lugre_update(memory, turned, self.angle, self._steady(rate))
+        steady = self._steady(rate)
+        settled = sign(turned) * steady
+        return settled + (memory - settled) * exp(-absolute(turned) / (self.angle * steady))
 
 
 @dataclass(frozen=True)
@@ -286,11 +227,9 @@ class DryFriction:
         return self.law.remembered()
 
     def torque(self, memory: Memory, turned: Scalar, rate: Scalar, load: Scalar = 1.0, angle: Scalar = 0.0) -> Scalar:
-        """Torque that opposes motion, exact over a path without reversal [N*m].
+        """Torque that opposes motion, exact over a path without reversal [N*m]; arguments as in `Law.share`.
 
         Args:
-            turned: angle since the start of the step [rad]
-            rate: present rate [rad/s]
             load: load of the sliding surfaces, divided by its reference [-]
             angle: present angle [rad]
         """
@@ -299,12 +238,7 @@ class DryFriction:
         return share * sided * (1.0 + self.load_share * (absolute(load) - 1.0))
 
     def stiffness(self, memory: Memory, rate: Scalar, angle: Scalar = 0.0) -> Scalar:
-        """Derivative of the torque with respect to the angle [N*m/rad] at the start of a step, at the reference load.
-
-        Args:
-            rate: rate at the start of the step [rad/s]
-            angle: angle at the start of the step [rad]
-        """
+        """Derivative of the torque by the angle [N*m/rad] at the start of a step, at the reference load."""
         sided = self._level_at(angle) + where(rate > 0.0, self.left_excess, self.right_excess)
         return sided * self.law.slope(memory, rate)
 

@@ -11,7 +11,7 @@ from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.physics.friction import viscous
 from tierod.physics.gear import lash_torque
 from tierod.physics.steering_ratio import column_torque_of_motor
-from tierod_lab.ground.parts import Hand, Loads, Memory, Steer
+from tierod_lab.ground.parts import Hand, Loads, Memory, Steer, signals
 from tierod_lab.ground.steering import (
     Dry,
     Linkage,
@@ -19,7 +19,6 @@ from tierod_lab.ground.steering import (
     Rack,
     Resistance,
     Shaft,
-    SteeringSignals,
     TorsionBar,
     Wheel,
     assist_motor,
@@ -138,7 +137,7 @@ class RackEps:
             self.linkage.advance(rack.angle, rack.rate, before.angle, memory.kingpins, loads),
         )
 
-    def signals(self, motion: RackMotion, memory: RackMemory, loads: Loads) -> SteeringSignals:
+    def signals(self, motion: RackMotion, memory: RackMemory, loads: Loads) -> Tree:
         balance, rack = self._balance(motion, motion, memory, loads), self._rack(motion)
         level = self.friction.sliding_level(self._rubbing(motion)) + self.linkage.friction_level(rack.angle)
         return steering_signals(
@@ -261,29 +260,17 @@ class DemonstratorMotion(NamedTuple):
     torque_2: Scalar
 
 
-class DemonstratorSignals(NamedTuple):
-    """Signals before sensors, and quantities without a sensor; the steering-wheel angle is that of the column.
+DemonstratorSignals = signals(
+    "DemonstratorSignals",
+    """steering_wheel_angle steering_wheel_rate steering_shaft_torque tie_rod_force tie_rod_force_left
+    tie_rod_force_right steering_motor_1_torque steering_motor_2_torque drive_torque_left drive_torque_right
+    rack_position rack_speed road_wheel_angle_left road_wheel_angle_right
+    truth_steering_wheel_acceleration[rad/s**2] truth_friction_torque[N*m] truth_friction_resistance[N*m]""",
+)
+"""Signals before sensors, and quantities without a sensor; the steering-wheel angle is that of the column.
 
-    The drive torques are those of the previous step. Friction is defined as in `SteeringSignals`.
-    """
-
-    steering_wheel_angle: Annotated[Scalar, "rad"]
-    steering_wheel_rate: Annotated[Scalar, "rad/s"]
-    steering_shaft_torque: Annotated[Scalar, "N*m"]
-    tie_rod_force: Annotated[Scalar, "N"]
-    tie_rod_force_left: Annotated[Scalar, "N"]
-    tie_rod_force_right: Annotated[Scalar, "N"]
-    steering_motor_1_torque: Annotated[Scalar, "N*m"]
-    steering_motor_2_torque: Annotated[Scalar, "N*m"]
-    drive_torque_left: Annotated[Scalar, "N*m"]
-    drive_torque_right: Annotated[Scalar, "N*m"]
-    rack_position: Annotated[Scalar, "m"]
-    rack_speed: Annotated[Scalar, "m/s"]
-    road_wheel_angle_left: Annotated[Scalar, "rad"]
-    road_wheel_angle_right: Annotated[Scalar, "rad"]
-    truth_steering_wheel_acceleration: Annotated[Scalar, "rad/s**2"]
-    truth_friction_torque: Annotated[Scalar, "N*m"]
-    truth_friction_resistance: Annotated[Scalar, "N*m"]
+The drive torques are those of the previous step. Friction is defined as in `SteeringSignals`.
+"""
 
 
 def steering_motor() -> Motor:
@@ -341,7 +328,7 @@ class Demonstrator:
     ) -> RackMemory:
         return self.rack.advance(motion.rack, start.rack, memory, self._on_rack(motion, loads))
 
-    def signals(self, motion: DemonstratorMotion, memory: RackMemory, loads: Loads) -> DemonstratorSignals:
+    def signals(self, motion: DemonstratorMotion, memory: RackMemory, loads: Loads) -> Tree:
         seen = self.rack.signals(motion.rack, memory, self._on_rack(motion, loads))
         acceleration = seen.truth_steering_wheel_acceleration
         motors = (self.steering_motor_1, self.steering_motor_2)

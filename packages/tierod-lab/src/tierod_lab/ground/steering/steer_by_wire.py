@@ -6,11 +6,11 @@ import math
 from dataclasses import dataclass, field
 from typing import Annotated, NamedTuple
 
-from tierod.core.block import Scalar
+from tierod.core.block import Scalar, Tree
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.physics.friction import viscous
 from tierod.physics.steering_ratio import column_torque_of_motor
-from tierod_lab.ground.parts import Hand, Loads, Memory, Steer
+from tierod_lab.ground.parts import Hand, Loads, Memory, Steer, signals
 from tierod_lab.ground.steering import Linkage, Motor, Resistance
 from tierod_lab.ground.steering.friction import Dahl, DryFriction
 
@@ -39,28 +39,17 @@ class SteerByWireMemory(NamedTuple):
     wheel: Memory
 
 
-class SteerByWireSignals(NamedTuple):
-    """Signals before sensors, and quantities without a sensor (`truth_`); friction is referred to the road wheels.
+SteerByWireSignals = signals(
+    "SteerByWireSignals",
+    """steering_wheel_angle steering_wheel_rate driver_torque feedback_torque road_wheel_angle road_wheel_rate
+    road_wheel_angle_left road_wheel_angle_right pinion_angle rack_position motor_torque motor_current
+    road_wheel_torque truth_road_wheel_friction[N*m] truth_road_wheel_friction_level[N*m]
+    truth_road_wheel_acceleration[rad/s**2]""",
+)
+"""Signals before sensors, and quantities without a sensor (`truth_`); friction is referred to the road wheels.
 
-    The driver torque is measured between steering wheel and feedback motor, above the friction of the feedback unit.
-    """
-
-    steering_wheel_angle: Annotated[Scalar, "rad"]
-    steering_wheel_rate: Annotated[Scalar, "rad/s"]
-    driver_torque: Annotated[Scalar, "N*m"]
-    feedback_torque: Annotated[Scalar, "N*m"]
-    road_wheel_angle: Annotated[Scalar, "rad"]
-    road_wheel_rate: Annotated[Scalar, "rad/s"]
-    road_wheel_angle_left: Annotated[Scalar, "rad"]
-    road_wheel_angle_right: Annotated[Scalar, "rad"]
-    pinion_angle: Annotated[Scalar, "rad"]
-    rack_position: Annotated[Scalar, "m"]
-    motor_torque: Annotated[Scalar, "N*m"]
-    motor_current: Annotated[Scalar, "A"]
-    road_wheel_torque: Annotated[Scalar, "N*m"]
-    truth_road_wheel_friction: Annotated[Scalar, "N*m"]
-    truth_road_wheel_friction_level: Annotated[Scalar, "N*m"]
-    truth_road_wheel_acceleration: Annotated[Scalar, "rad/s**2"]
+The driver torque is measured between steering wheel and feedback motor, above the friction of the feedback unit.
+"""
 
 
 @dataclass(frozen=True)
@@ -154,7 +143,7 @@ class SteerByWire:
             self.hand_wheel.friction.advance(memory.wheel, wheel.angle - start.wheel.angle, wheel.rate),
         )
 
-    def signals(self, motion: SteerByWireMotion, memory: SteerByWireMemory, loads: Loads) -> SteerByWireSignals:
+    def signals(self, motion: SteerByWireMotion, memory: SteerByWireMemory, loads: Loads) -> Tree:
         balance, linkage, steer = self._balance(motion, motion, memory, loads), self.linkage, self.steer(motion)
         wheel, ratio = motion.wheel, linkage.ratio
         return SteerByWireSignals(
