@@ -50,6 +50,7 @@ class Watch:
     def __init__(self, trigger: AtDistance | When, reach: Reach):
         self.comparisons: list[tuple[Comparison, str]] = []
         self.since: float | None = None
+        wanted: tuple[Comparison, ...]
         if isinstance(trigger, AtDistance):
             self.hold, wanted = 0.0, (Comparison(DISTANCE, False, ">=", trigger.distance, "m"),)
         else:

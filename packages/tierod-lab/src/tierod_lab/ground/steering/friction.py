@@ -162,7 +162,7 @@ class Stribeck(FallingLevel):
     """
 
     def share(self, memory: Memory, turned: Scalar, rate: Scalar) -> Scalar:
-        return self.advance(memory, turned, rate) * self._steady(rate)
+        return dahl_update(memory, turned, self.angle) * self._steady(rate)
 
     def slope(self, memory: Memory, rate: Scalar) -> Scalar:
         return self._steady(rate) * dahl_slope(memory, sign(rate), self.angle)
@@ -189,7 +189,8 @@ class LuGre(FallingLevel):
         return lugre_torque(bristle, bristle_rate, rate, 1.0, self.micro_time, 0.0)
 
     def slope(self, memory: Memory, rate: Scalar) -> Scalar:
-        return (1.0 - sign(rate) * memory / self._steady(rate)) / self.angle
+        bristle: Scalar = memory
+        return (1.0 - sign(rate) * bristle / self._steady(rate)) / self.angle
 
     def advance(self, memory: Memory, turned: Scalar, rate: Scalar) -> Memory:
         steady = self._steady(rate)
