@@ -90,16 +90,11 @@ def from_document(document: Document) -> Campaign:
     scenes = Scenes.of(file, document)
     driven = [scenes.scenario(point) for point in matrix]
     scattered = any(scenario.scatter is not None for scenario in driven)
-    references = (
-        _reference_points(file, document, matrix, scattered)
-        if any(each.learns for each in judges)
-        else [None] * len(matrix)
-    )
+    learns = any(each.learns for each in judges)
+    references = _reference_points(file, document, matrix, scattered) if learns else [None] * len(matrix)
     known: dict[int, tuple[object, str]] = {}
-    cells = [
-        Cell(point, scenario, drive_key(scenario, known), reference)
-        for point, scenario, reference in zip(matrix, driven, references, strict=True)
-    ]
+    keys = [drive_key(scenario, known) for scenario in driven]
+    cells = [Cell(*each) for each in zip(matrix, driven, keys, references, strict=True)]
     plan = Plan(cells, judges, file.settling, file.keep == "recordings")
     return Campaign(file, document, plan, _gates(file, document, matrix, judges))
 
@@ -111,9 +106,8 @@ def _judges(file: CampaignFile, document: Document) -> tuple[Judge, ...]:
     for number, choice in enumerate(file.monitors):
         judge = _judge(choice, document, ("monitors", number))
         if judge.label in judges:
-            raise document.error(
-                ("monitors", number), f"two monitors are called '{judge.label}'; give one of them another label"
-            )
+            message = f"two monitors are called '{judge.label}'; give one of them another label"
+            raise document.error(("monitors", number), message)
         judges[judge.label] = judge
     return tuple(judges.values())
 

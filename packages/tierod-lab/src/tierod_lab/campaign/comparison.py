@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import math
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,28 +18,13 @@ from tierod.core.shown import shown
 from tierod.core.version import __version__
 from tierod.report.display import bracketed, number
 from tierod.report.html import Origin, page
-from tierod_lab.campaign.figures import CONFIDENCE, paired, pooled
-from tierod_lab.campaign.judging import Judged, Row
+from tierod_lab.campaign.figures import CONFIDENCE, Moments, paired, pooled
+from tierod_lab.campaign.judging import Judged, Row, json_value
 from tierod_lab.campaign.report import RIGHT, amount, count, place, value
 from tierod_lab.campaign.summary import monitors_of, read_table
 
+Pair = tuple[Row, Row]  # The same drive in both campaigns
 SCHEMA = "tierod.comparison/1"  # Name and version of the document
-
-
-@dataclass(frozen=True)
-class Pair:
-    """The same drive in both campaigns."""
-
-    place: Mapping[str, str]
-    first: Row
-    second: Row
-
-    @property
-    def both(self) -> tuple[Judged, Judged] | None:
-        """Both judgements; None unless both exist."""
-        if self.first.judged is None or self.second.judged is None:
-            return None
-        return self.first.judged, self.second.judged
 
 
 @dataclass(frozen=True)
@@ -46,7 +32,7 @@ class Comparison:
     """One monitor in both campaigns."""
 
     monitors: tuple[str, str]  # its labels, which may differ if each campaign has one monitor
-    pairs: tuple[Pair, ...]  # drives of both campaigns
+    pairs: tuple[Pair, ...]  # rows of the drives that both campaigns have
     alone: tuple[int, int]  # number of drives of the first campaign only, and of the second only
 
 
@@ -77,16 +63,12 @@ def _compared(first: Sequence[Row], second: Sequence[Row], labels: tuple[str, st
         {frozenset(row.place.items()): row for row in rows if row.monitor == label}
         for rows, label in zip((first, second), labels, strict=True)
     ]
-    pairs = tuple(Pair(row.place, row, tables[1][key]) for key, row in tables[0].items() if key in tables[1])
+    pairs = tuple((row, tables[1][key]) for key, row in tables[0].items() if key in tables[1])
     return Comparison(labels, pairs, (len(tables[0]) - len(pairs), len(tables[1]) - len(pairs)))
 
 
-def _bias(judged: Judged) -> float:
-    return pooled((judged.errors_fault_free, judged.errors_faulty)).mean
-
-
-def _deviation(judged: Judged) -> float:
-    return pooled((judged.errors_fault_free, judged.errors_faulty)).deviation
+def _errors(judged: Judged) -> Moments:
+    return pooled((judged.errors_fault_free, judged.errors_faulty))
 
 
 _OF_ESTIMATE = "unit of the estimate"
@@ -94,9 +76,9 @@ _OF_ESTIMATE = "unit of the estimate"
 FIGURES: dict[str, tuple[str, str, Callable[[Judged], float]]] = {
     "detection_s": ("time to the alarm", "s", lambda judged: judged.detection_s),
     "detection_enabled_s": ("enabled time to the alarm", "s", lambda judged: judged.detection_enabled_s),
-    "bias": ("bias", _OF_ESTIMATE, _bias),
-    "absolute_bias": ("size of the bias", _OF_ESTIMATE, lambda judged: abs(_bias(judged))),
-    "deviation": ("deviation of the estimate", _OF_ESTIMATE, _deviation),
+    "bias": ("bias", _OF_ESTIMATE, lambda judged: _errors(judged).mean),
+    "absolute_bias": ("size of the bias", _OF_ESTIMATE, lambda judged: abs(_errors(judged).mean)),
+    "deviation": ("deviation of the estimate", _OF_ESTIMATE, lambda judged: _errors(judged).deviation),
     "value": ("last estimate", _OF_ESTIMATE, lambda judged: judged.value),
     "false_alarms": ("false alarms", "", lambda judged: float(judged.false_alarms)),
     "judged_s": ("time judged", "s", lambda judged: judged.judged_s),
@@ -106,38 +88,35 @@ FIGURES: dict[str, tuple[str, str, Callable[[Judged], float]]] = {
 
 def document(found: Sequence[Comparison], folders: tuple[Path, Path], command: str = "") -> dict[str, Any]:
     """The comparison as a JSON document; values that JSON cannot represent are null."""
-    return {
-        "schema": SCHEMA,
-        "version": __version__,
-        "created": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
-        "command": command,
-        "confidence": CONFIDENCE,
-        "folders": [str(folder) for folder in folders],
-        "monitors": [_of_monitor(each) for each in found],
-    }
+    content: dict[str, Any] = json_value(
+        {
+            "schema": SCHEMA,
+            "version": __version__,
+            "created": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+            "command": command,
+            "confidence": CONFIDENCE,
+            "folders": [str(folder) for folder in folders],
+            "monitors": [_of_monitor(each) for each in found],
+        }
+    )
+    return content
 
 
 def _of_monitor(found: Comparison) -> dict[str, Any]:
-    changed = [pair for pair in found.pairs if _verdict_of(pair.first) != _verdict_of(pair.second)]
-    outcomes: dict[tuple[str, str], int] = {}
-    for pair in found.pairs:
-        key = (_verdict_of(pair.first)[1], _verdict_of(pair.second)[1])
-        outcomes[key] = outcomes.get(key, 0) + 1
+    verdicts = [(_verdict_of(first), _verdict_of(second)) for first, second in found.pairs]
+    outcomes = Counter((first[1], second[1]) for first, second in verdicts)
     return {
-        "labels": list(found.monitors),
+        "labels": found.monitors,
         "pairs": len(found.pairs),
         "only_first": found.alone[0],
         "only_second": found.alone[1],
         "outcomes": [{"first": a, "second": b, "drives": drives} for (a, b), drives in sorted(outcomes.items())],
         "changed": [
-            {
-                "place": dict(pair.place),
-                "first": list(_verdict_of(pair.first)),
-                "second": list(_verdict_of(pair.second)),
-            }
-            for pair in changed
+            {"place": row.place, "first": first, "second": second}
+            for (row, _), (first, second) in zip(found.pairs, verdicts, strict=True)
+            if first != second
         ],
-        "right": _right(found.pairs),
+        "right": _right([(first[1] in RIGHT, second[1] in RIGHT) for first, second in verdicts]),
         "figures": [{"name": name, "unit": _unit(unit, found.pairs)} | _figure(found.pairs, get)
                     for name, (_, unit, get) in FIGURES.items()],
     }  # fmt: skip
@@ -149,44 +128,41 @@ def _verdict_of(row: Row) -> tuple[str, str]:
     return row.judged.status, row.judged.outcome
 
 
-def _right(pairs: Sequence[Pair]) -> dict[str, Any]:
-    flags = [(_verdict_of(pair.first)[1] in RIGHT, _verdict_of(pair.second)[1] in RIGHT) for pair in pairs]
+def _right(flags: Sequence[tuple[bool, bool]]) -> dict[str, Any]:
     test = paired([float(second) - float(first) for first, second in flags])
     return {
         "first": sum(first for first, _ in flags),
         "second": sum(second for _, second in flags),
         "only_first": test.negative,
         "only_second": test.positive,
-        "sign_p": _finite(test.sign_p),
+        "sign_p": test.sign_p,
     }
 
 
 def _figure(pairs: Sequence[Pair], get: Callable[[Judged], float]) -> dict[str, Any]:
-    values = [(get(both[0]), get(both[1])) for pair in pairs if (both := pair.both) is not None]
-    test = paired([second - first for first, second in values if math.isfinite(first) and math.isfinite(second)])
+    values = [(get(one.judged), get(other.judged)) for one, other in pairs if one.judged and other.judged]
+    known = [(math.isfinite(first), math.isfinite(second)) for first, second in values]
+    differences = [second - first for (first, second), both in zip(values, known, strict=True) if all(both)]
+    test = paired(differences)
     return {
         "pairs": test.count,
-        "first_only": sum(math.isfinite(first) and not math.isfinite(second) for first, second in values),
-        "second_only": sum(math.isfinite(second) and not math.isfinite(first) for first, second in values),
-        "mean": _finite(test.mean),
-        "median": _finite(test.median),
-        "interval": [_finite(end) for end in test.interval],
+        "first_only": known.count((True, False)),
+        "second_only": known.count((False, True)),
+        "mean": test.mean,
+        "median": test.median,
+        "interval": test.interval,
         "greater": test.positive,
         "smaller": test.negative,
-        "sign_p": _finite(test.sign_p),
-        "rank_p": _finite(test.rank_p),
-        "differences": [second - first for first, second in values if math.isfinite(first) and math.isfinite(second)],
+        "sign_p": test.sign_p,
+        "rank_p": test.rank_p,
+        "differences": differences,
     }
 
 
 def _unit(unit: str, pairs: Sequence[Pair]) -> str:
     if unit != _OF_ESTIMATE:
         return unit
-    return next((pair.first.judged.unit for pair in pairs if pair.first.judged and pair.first.judged.unit), "")
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+    return next((row.judged.unit for row, _ in pairs if row.judged and row.judged.unit), "")
 
 
 _DRAWN = ("detection_s", "bias", "absolute_bias", "deviation")  # Figures whose differences are drawn

@@ -71,14 +71,6 @@ def outcome(alarms: Sequence[Window], first: float, fault: Window | None, judged
     return "found" if math.isfinite(first) else "missed" if judged else "not judged"
 
 
-def enabled_until(alarm: float, start: float, time: np.ndarray, clock: np.ndarray) -> float:
-    """Enabled time from a start to an alarm [s]; infinite if there was none."""
-    if not math.isfinite(alarm):
-        return math.inf
-    begin, end = np.interp((start, alarm), time, clock)
-    return float(end - begin)
-
-
 @dataclass(frozen=True)
 class Judged:
     """Judgement of one drive by a monitor, from which every figure of a campaign is computed."""
@@ -115,12 +107,6 @@ class Judged:
     # seconds
     estimates_fault_free: tuple[float, ...]
     estimates_faulty: tuple[float, ...]
-
-
-def plain(judged: Judged) -> dict[str, Any]:
-    """The judgement as plain JSON."""
-    found: dict[str, Any] = json_value(dataclasses.asdict(judged))
-    return found
 
 
 def json_value(value: object) -> Any:
@@ -272,7 +258,8 @@ def _times(
     }
     for name, instant in (("detection", first), ("fault", worst)):
         found[f"{name}_s"] = instant - start if fault else math.nan
-        found[f"{name}_enabled_s"] = enabled_until(instant, start, time, clock) if fault else math.nan
+        passed = float(np.diff(np.interp((start, instant), time, clock))[0]) if math.isfinite(instant) else math.inf
+        found[f"{name}_enabled_s"] = passed if fault else math.nan
     return found
 
 

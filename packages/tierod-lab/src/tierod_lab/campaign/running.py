@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import platform
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from tierod.core.block import structure
 from tierod.core.errors import CompileError, MissingExtra, OutputError, TierodError
@@ -17,19 +18,15 @@ from tierod.core.version import __version__
 from tierod.monitors.baseline import Baseline
 from tierod.work.pool import Failure, Passing, Workers
 from tierod_lab.campaign.code import ground_code, judging_code
-from tierod_lab.campaign.judging import Window, judge, plain
+from tierod_lab.campaign.judging import Window, json_value, judge
 from tierod_lab.campaign.plan import Cell, Judge, Plan, window_of
 from tierod_lab.campaign.store import Store
 from tierod_lab.ground.faults import Always
 
-if TYPE_CHECKING:
-    from tierod_lab.ground.scenarios import Scenario
-
 DRIVEN, DIVERGED, FAILED = "driven", "diverged", "failed"  # Outcomes of a drive
 
 
-@dataclass(frozen=True)
-class Reference:
+class Reference(NamedTuple):
     """Baseline for a verdict."""
 
     level: Baseline | None = None  # baseline from another drive; None if the monitor learns its own
@@ -37,14 +34,13 @@ class Reference:
     lasting: bool = True  # whether it would be missing again
 
 
-@dataclass(frozen=True)
-class Verdict:
+class Verdict(NamedTuple):
     """One verdict to be made."""
 
     judge: Judge
     name: str
     key: str
-    reference: Reference = field(default_factory=Reference)
+    reference: Reference
 
 
 @dataclass(frozen=True)
@@ -84,31 +80,27 @@ def _driven(task: Task) -> tuple[Mapping[str, Any], Recording]:
         return kept, recording
     outcome = cell.scenario.run()
     at = outcome.diverged_at
-    record = {
-        "outcome": DRIVEN if at is None else DIVERGED,
-        "reason": "" if at is None else f"the run did not stay within its limits; its last good time is {at:.6g} s",
-        "last_good_s": at,
-        "lasting": True,
-        "place": dict(cell.point.place),
-        "windows": [_plain(window) for window in outcome.windows],
+    record = _record(cell, DRIVEN) | {
+        "windows": _plain(outcome.windows),
         "recording": store.keep_recording(cell.name, cell.key, outcome.recording) if task.keep else None,
-        "provenance": provenance(cell.scenario),
     }
+    if at is not None:
+        reason = f"the run did not stay within its limits; its last good time is {at:.6g} s"
+        record |= {"outcome": DIVERGED, "reason": reason, "last_good_s": at}
     store.keep_drive(cell.name, cell.key, record)
     return record, outcome.recording
 
 
-def failed(cell: Cell, reason: str, lasting: bool) -> dict[str, Any]:
-    """Record of a drive without a recording."""
+def _record(cell: Cell, outcome: str, reason: str = "", lasting: bool = True) -> dict[str, Any]:
     return {
-        "outcome": FAILED,
+        "outcome": outcome,
         "reason": reason,
         "last_good_s": None,
         "lasting": lasting,
         "place": dict(cell.point.place),
         "windows": [],
         "recording": None,
-        "provenance": provenance(cell.scenario),
+        "provenance": {"scenario": _plain(cell.scenario.provenance), **_machine()},
     }
 
 
@@ -128,12 +120,7 @@ def _judged(task: Task, verdict: Verdict, recording: Recording, fault: Window | 
         text = f"a defect of tierod itself: {type(error).__name__}: {' '.join(str(error).split())[:200]}"
         return record | {"reason": text, "lasting": True}
     own = None if learnt is None else dataclasses.asdict(learnt)
-    return record | {"reason": "", "lasting": True, "judged": plain(judged), "baseline": own}
-
-
-def provenance(scenario: Scenario) -> dict[str, Any]:
-    """Provenance of a drive: the complete scenario, tierod's version, and the machine."""
-    return {"scenario": _plain(scenario.provenance), **_machine()}
+    return record | {"reason": "", "lasting": True, "judged": json_value(dataclasses.asdict(judged)), "baseline": own}
 
 
 @cache
@@ -154,19 +141,7 @@ def _machine() -> dict[str, Any]:
 
 
 def _plain(value: object) -> Any:
-    import json
-
-    return json.loads(json.dumps(_finite(value), default=str, allow_nan=False))
-
-
-def _finite(value: object) -> Any:
-    import math
-
-    if isinstance(value, Mapping):
-        return {str(key): _finite(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(entry) for entry in value]
-    return repr(value) if isinstance(value, float) and not math.isfinite(value) else value
+    return json.loads(json.dumps(json_value(value), default=str, allow_nan=False))
 
 
 TASTE = 0.5  # Duration of the trial drives in the parent, which compile every kernel for the workers [s]
@@ -185,8 +160,7 @@ def run(plan: Plan, store: Store, workers: Workers, progress: Callable[[Progress
     """Simulate and judge all missing cells."""
     missing = [number for number, cell in enumerate(plan.cells) if not plan.done(cell, store)]
     done, total = len(plan.cells) - len(missing), len(plan.cells)
-    first = [number for number in missing if plan.cells[number].reference is None]
-    then = [number for number in missing if plan.cells[number].reference is not None]
+    first, then = ([each for each in missing if (plan.cells[each].reference is None) == own] for own in (True, False))
     with workers as executor:
         executor.start(work, len(missing))
         compile_once([plan.cells[number] for number in missing], plan.judges if missing else ())
@@ -196,7 +170,7 @@ def run(plan: Plan, store: Store, workers: Workers, progress: Callable[[Progress
             for at, result in executor.run(work, tasks):
                 cell = tasks[at].cell
                 if isinstance(result, Failure):
-                    store.keep_drive(cell.name, cell.key, failed(cell, result.reason, result.lasting))
+                    store.keep_drive(cell.name, cell.key, _record(cell, FAILED, result.reason, result.lasting))
                     result = "failed"
                 done += 1
                 progress(Progress(done, total, cell.name, str(result)))
@@ -224,12 +198,9 @@ def compile_once(cells: Sequence[Cell], judges: Sequence[Judge]) -> None:
 
 
 def _task(plan: Plan, store: Store, cell: Cell) -> Task:
-    verdicts = tuple(
-        Verdict(
-            judge, plan.verdict_name(cell, judge), plan.verdict_key(cell, judge), _reference(plan, store, cell, judge)
-        )
-        for judge in plan.open_judges(cell, store)
-    )
+    open_ = plan.open_judges(cell, store)
+    named = [(judge, plan.verdict_name(cell, judge), plan.verdict_key(cell, judge)) for judge in open_]
+    verdicts = tuple(Verdict(*each, _reference(plan, store, cell, each[0])) for each in named)
     return Task(store, cell, verdicts, plan.settling, plan.keep, code())
 
 

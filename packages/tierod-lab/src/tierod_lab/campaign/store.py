@@ -12,7 +12,6 @@ valid only if it contains the requested key; anything else is computed again.
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import json
 import re
 from collections.abc import Iterator, Mapping
@@ -79,47 +78,43 @@ class Store:
 
     def drive(self, name: str, key: str) -> dict[str, Any] | None:
         """The record of a drive, or None if there is no complete one of this key."""
-        return _read(self.folder / "drives" / f"{name}-{key[:_SHOWN]}.json", DRIVE_SCHEMA, key)
+        return _read(self._path("drives", name, key), DRIVE_SCHEMA, key)
 
     def verdict(self, name: str, key: str) -> dict[str, Any] | None:
         """The record of a verdict, or None if there is no complete one of this key."""
-        return _read(self.folder / "verdicts" / f"{name}-{key[:_SHOWN]}.json", VERDICT_SCHEMA, key)
+        return _read(self._path("verdicts", name, key), VERDICT_SCHEMA, key)
 
     def keep_drive(self, name: str, key: str, content: Mapping[str, object]) -> None:
         """Write the record of a drive."""
-        _write(self.folder / "drives" / f"{name}-{key[:_SHOWN]}.json", DRIVE_SCHEMA, key, content)
+        _write(self._path("drives", name, key), DRIVE_SCHEMA, key, content)
 
     def keep_verdict(self, name: str, key: str, content: Mapping[str, object]) -> None:
         """Write the record of a verdict."""
-        _write(self.folder / "verdicts" / f"{name}-{key[:_SHOWN]}.json", VERDICT_SCHEMA, key, content)
+        _write(self._path("verdicts", name, key), VERDICT_SCHEMA, key, content)
+
+    def _path(self, kind: str, name: str, key: str, ending: str = "json") -> Path:
+        return self.folder / kind / f"{name}-{key[:_SHOWN]}.{ending}"
 
     def keep_recording(self, name: str, key: str, recording: Recording) -> dict[str, Any]:
         """Write a recording, and return the file's entry for the record of its drive."""
         from tierod.io.writers import write
 
-        path = self.folder / "recordings" / f"{name}-{key[:_SHOWN]}.parquet"
+        path = self._path("recordings", name, key, "parquet")
         write(recording, path)
-        content = path.read_bytes()
-        return {
-            "file": path.relative_to(self.folder).as_posix(),
-            "bytes": len(content),
-            "sha256": hashlib.sha256(content).hexdigest(),
-        }
+        file = path.relative_to(self.folder).as_posix()
+        return {"file": file, "bytes": path.stat().st_size, "sha256": sha256_of(path)}
 
     def recording(self, drive: Mapping[str, Any]) -> Recording | None:
         """The recording of a drive, or None if it is missing, changed or unreadable."""
         from tierod.io.readers import read
 
         kept = drive.get("recording")
-        if not self.has_recording(drive) or kept is None:
+        if kept is None or not self.has_recording(drive):
             return None
         path = self.folder / kept["file"]
-        try:
-            if sha256_of(path) != kept["sha256"]:
-                return None
-            return read(path)
-        except (OSError, InputError):
-            return None
+        with contextlib.suppress(OSError, InputError):
+            return read(path) if sha256_of(path) == kept["sha256"] else None
+        return None
 
     def has_recording(self, drive: Mapping[str, Any]) -> bool:
         """Whether the recording of a drive appears to exist; only its size is checked."""

@@ -19,7 +19,7 @@ from tierod_lab.campaign.figures import CONFIDENCE, Moments
 from tierod_lab.campaign.judging import Judged, Row, from_plain, json_value, matching
 from tierod_lab.campaign.matrix import FAULT, FAULT_FREE, SEED, SIZE
 from tierod_lab.campaign.plan import Judge
-from tierod_lab.campaign.pools import Passed, Pool, boxes, confusion, pass_through, pool_at
+from tierod_lab.campaign.pools import Passed, boxes, confusion, pass_through, pool_at
 from tierod_lab.campaign.store import Store
 
 SCHEMA = "tierod.campaign/1"  # Name and version of the document
@@ -50,7 +50,7 @@ class Summary:
 
     @property
     def exit_code(self) -> int:
-        """Exit code of the command: 0 all gates met, 1 one missed, 2 not judged."""
+        """Exit code of the command."""
         return EXIT_CODES[self.status]
 
 
@@ -126,20 +126,15 @@ def document(summary: Summary, command: str = "") -> dict[str, Any]:
         ],
         "gates": [_gate(each) for each in summary.gates],
         "pools": [
-            {"monitor": judge.label, "where": where, "figures": figures(pool_at(summary.rows, where, judge.label))}
+            {"monitor": judge.label, "where": where, "figures": pool_at(summary.rows, where, judge.label)._asdict()}
             for judge in campaign.plan.judges
             for where in groups(summary)
         ],
         "states": [_states(summary, judge.label) for judge in campaign.plan.judges],
         "cells": [_cell(rows) for rows in cells.values()],
     }
-    document: dict[str, Any] = json_value(content)
-    return document
-
-
-def figures(pool: Pool) -> dict[str, float]:
-    """Figures of a group by name."""
-    return dict(pool._asdict())
+    plain: dict[str, Any] = json_value(content)
+    return plain
 
 
 def _gate(passed: Passed) -> dict[str, Any]:
@@ -180,22 +175,15 @@ def _cell(rows: Sequence[Row]) -> dict[str, Any]:
     }
 
 
+_SHOWN = ("status", "outcome", "headline", "value", "deviation", "detection_s", "detection_enabled_s", "false_alarms")
+
+
 def _verdict(row: Row) -> dict[str, Any]:
     judged = row.judged
     content: dict[str, Any] = {"monitor": row.monitor, "reason": row.reason}
     if judged is None:
         return content | {"status": None}
-    names = (
-        "status",
-        "outcome",
-        "headline",
-        "value",
-        "deviation",
-        "detection_s",
-        "detection_enabled_s",
-        "false_alarms",
-    )
-    return content | {name: getattr(judged, name) for name in names}
+    return content | {name: getattr(judged, name) for name in _SHOWN}
 
 
 def text(content: Mapping[str, object]) -> str:
