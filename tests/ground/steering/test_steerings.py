@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tierod_lab.ground.parts import Loads
-from tierod_lab.ground.steering import Linkage, Wheel, driving_limit
+from tierod_lab.ground.steering import Linkage, Motor, SpeedLimit, Wheel
 from tierod_lab.ground.steering.column_eps import ActiveFront
 from tierod_lab.ground.steering.friction import DryFriction
 from tierod_lab.ground.steering.rack_eps import Demonstrator, demonstrator_rack
@@ -96,4 +96,6 @@ def test_friction_of_the_kingpins_at_the_pinion():
     ("speed", "torque"), [(-300.0, 3.0), (0.0, 3.0), (150.0, 3.0), (250.0, 1.5), (350.0, 0.0), (500.0, 0.0)]
 )
 def test_torque_falls_between_base_and_no_load_speed(speed, torque):
-    assert driving_limit(speed, 3.0, 150.0, 350.0) == pytest.approx(torque)
+    motor = Motor(lag=1.0, maximum_torque=3.0, speed_limit=SpeedLimit(150.0, 350.0))
+    assert motor.torque_rate(0.0, 100.0, speed) == pytest.approx(torque)
+    assert motor.torque_rate(0.0, -100.0, speed) == pytest.approx(-3.0 if speed >= -150.0 else -0.75)
