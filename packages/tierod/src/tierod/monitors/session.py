@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from itertools import chain
@@ -115,6 +115,8 @@ class BlockSession(ABC):
             block's statement, where it has one
     """
 
+    own: tuple[str, ...] = ()  # Traces that it needs itself
+
     def __init__(
         self,
         block: Block,
@@ -144,6 +146,13 @@ class BlockSession(ABC):
         ordinary = type(self).absorb is BlockSession.absorb
         return self._scanner.graph if ordinary and self._scanner is not None else None
 
+    def beside(self, names: Collection[str]) -> None:
+        """Run for perturbed parameters, beside the session of the vehicle, and return the named traces alone."""
+        self.moved, self.pictured = True, False
+        if type(self).absorb is BlockSession.absorb:
+            kept = {*names, *self.own}
+            self._outputs = {name: each for name, each in self._outputs.items() if name in kept}
+
     def refit(self, fitted: Any) -> None:  # noqa: B027  # the blocks of most follow from the vehicle alone
         """Fit the block to the data that an earlier session stored in `fitted`."""
 
@@ -163,7 +172,7 @@ class BlockSession(ABC):
     def taken(self, aligned: Aligned, result: Result) -> Mapping[str, np.ndarray]:
         """Store the result of the block over a piece and return its traces, (n,) each."""
         self.memory = result.state
-        if self._running is not None:
+        if self._running is not None and not self.moved:
             self._follow(aligned.time, result[self._running[0]], self._running[1])
         self.collect(aligned.time, aligned.columns, result)
         return {name: result[output] for name, output in self._outputs.items()}

@@ -163,13 +163,14 @@ class Lanes:
         """Sessions by lane, without those that the monitor refuses."""
         monitor = dataclasses.replace(uncertain.monitor, rate=uncertain.monitor.rate / self._every)
         wanted = [(name, side) for side in self._sides for name in uncertain.names]
-        lanes: dict[Lane, Session] = {}
+        main = () if self._main is None else (self._main.value, self._main.deviation, "enabled")
+        compared, lanes = {*self._bands, *main}, dict[Lane, Session]()
         for lane in wanted if self._every == 1 else (REFERENCE, *wanted):
             vehicle = self._vehicle if lane == REFERENCE else moved(self._vehicle, dict((lane,)))
             with suppress(*REFUSALS):
                 lanes[lane] = session = opened(monitor, uncertain.variant, vehicle, uncertain.baseline)
                 if isinstance(session, BlockSession):
-                    session.moved, session.pictured = True, False
+                    session.beside(compared)
         return lanes
 
     def absorb(self, aligned: Aligned, shown: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

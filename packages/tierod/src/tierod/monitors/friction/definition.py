@@ -163,8 +163,8 @@ class FrictionSession(BlockSession):
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
         self._start = float(time[0]) if self._start is None else self._start
         self._last = result.end()
-        self._signals.add(time, signals)
         if not self.moved:
+            self._signals.add(time, signals)
             self._gains.add(signals)
         if not self.pictured:
             return
@@ -180,7 +180,7 @@ class FrictionSession(BlockSession):
             raise RuntimeError("a session concludes after at least one piece")
         verdict = self._monitor.stated(self._last, self._start)
         known = verdict.estimate is not None
-        if not known:
+        if not known and not self.moved:
             verdict = _with_presence(verdict, self._signals.presence())
         facts = (*self._gains.defects(), *verdict.facts, *self._gains.notes())
         verdict = dataclasses.replace(verdict, facts=facts)

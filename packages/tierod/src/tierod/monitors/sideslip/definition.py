@@ -183,6 +183,8 @@ COMBINED_TRACES = {
 class SideslipSession(BlockSession):
     """Run a sideslip estimator over a recording, and test whether signals and parameters fit."""
 
+    own = ("sideslip_angle_standard_deviation", "held")
+
     def __init__(
         self,
         estimator: Block,
