@@ -29,7 +29,7 @@ from tierod.monitors.motor_angle.comparison import (
     SensorBesideObserver,
     SensorComparison,
 )
-from tierod.monitors.motor_angle.evidence import NOISE, DriveFigures
+from tierod.monitors.motor_angle.evidence import NOISE, Drive
 from tierod.monitors.motor_angle.facts import DISTURBING, LEAST_KNOWN, PASSING, isolated_by, judge, root_of
 from tierod.monitors.motor_angle.observer import (
     COMMANDED,
@@ -285,7 +285,7 @@ class MotorAngleSession(BlockSession):
         shown = TRACES | (INVERTER_TRACES if block.observer.commanded else {})
         super().__init__(block, {output: name for output, name in shown.items() if output not in bare})
         self.monitor, self.vehicle, self.rate = block, vehicle, rate
-        self._figures = DriveFigures(block.observer, block.voltages.source, block.plausibility is not None, rate)
+        self._drive = Drive(block.observer, block.voltages.source, block.plausibility is not None, rate)
 
     def absorb(self, aligned: Aligned) -> Mapping[str, np.ndarray]:
         parts = [self._slice(aligned, start) for start in range(0, len(aligned.time), SLICE)]
@@ -334,10 +334,11 @@ class MotorAngleSession(BlockSession):
         return shown
 
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        self._figures.add(time, signals, result)
+        self._drive.add(time, signals, result)
 
     def conclude(self) -> Conclusion:
-        drive, courses = self._figures.drive(), self._figures.courses
+        drive, courses = self._drive, self._drive.courses
+        drive.close()
         verdict = judge(drive, self.vehicle)
         # A wrong recording is no fault of the sensor and must not enter the fault memory.
         if verdict.status is Status.NOT_TESTABLE:

@@ -18,7 +18,7 @@ from tierod.methods.running import Moments
 from tierod.models.stator_frame_motor import CommandedMotorParameters
 from tierod.monitors.motor_angle.alarms import CODES
 from tierod.monitors.motor_angle.balance import CLEAN, LEAST_WINDOWS, Departure, InducedVoltage, VoltageBalance, misread
-from tierod.monitors.motor_angle.observer import MEASURED, VARIANTS, MotorAngleObserver
+from tierod.monitors.motor_angle.observer import VARIANTS, MotorAngleObserver
 from tierod.monitors.motor_angle.plausibility import NOT_MOTOR
 from tierod.monitors.session import StatusChange
 from tierod.physics.clarke_park import StatorVector
@@ -230,61 +230,6 @@ class InverterLoss(NamedTuple):
         return abs(self.apart) > KNEE_REACHED * self.widest
 
 
-class Drive(NamedTuple):
-    """Results over a drive."""
-
-    # Duration of the drive, and time with a known angle.
-    seconds: Annotated[float, "s"]
-    known: Annotated[float, "s"]
-    counted: int  # number of residuals that counted
-    # Mean and standard deviation of all electrical residuals that counted.
-    offset: Annotated[float, "rad"]
-    offset_deviation: Annotated[float, "rad"]
-    rms: Annotated[float, "rad"]  # root mean square of all residuals that counted
-    # Number of windows, increment of the sensor over the observer's, their correlation.
-    windows: int
-    slope: float
-    agreement: float
-    # Mean NIS, and share of surprising samples since `model` alarmed.
-    nis: float
-    surprised: float
-    # Estimates over the values of the vehicle file.
-    resistance: float
-    flux: float
-    suspect: float  # code of the angle that the plausibility test suspects
-    starts: dict[str, float]  # first times of alarms
-    spells: dict[str, Spell]  # number of samples and last time of each alarm
-    until: Annotated[float, "s"]  # end of the drive [s]
-    # Begin of the error behind the alarm of `angle` or `speed`, whether the sensor agreed before, and end.
-    onset: Annotated[float, "s"] = math.nan
-    settled: bool = False
-    end: Annotated[float, "s"] = math.nan
-    # Error of the sensor from then to the end of the alarm, or noise; None without such an alarm.
-    shape: Shape | None = None
-    # Noise of a reading since the first alarm, or over the drive without one, and that from which it is named,
-    # mechanical.
-    noise: Annotated[float, "rad"] = math.nan
-    noise_limit: Annotated[float, "rad"] = math.nan
-    # Root mean square of the residuals since the last alarm of `model`; NaN with too few of them.
-    rms_since_model: Annotated[float, "rad"] = math.nan
-    voltages: str = MEASURED  # source of the observer's voltages
-    lost: InverterLoss | None = None  # voltage loss of the inverter; None where the voltages were measured
-    # Cause and action, where the whole recording is consistent after another reading.
-    misread: tuple[str, str] | None = None
-    # Share of the induced voltage that contradicts its rotation since the first of `BY_OBSERVER`; else NaN.
-    contradicting: float = math.nan
-    closes: bool = False  # whether currents, voltages and angle since then are those of some motor
-    departure: str = ""  # parameters of that motor that differ from the vehicle file, in words
-    turned: Annotated[float, "rad"] = 0.0  # direction of its flux relative to the sensor's, electrical
-    mismatch: Annotated[float, "rad"] = 0.0  # largest mismatch of the three angles during its alarm, at the pinion
-    untwisted: bool = False  # whether the three angles were not compared for lack of the driver's torque
-
-    @property
-    def monitor(self) -> str:
-        """Name of the monitor and its variant."""
-        return f"motor-angle, {VARIANTS[self.voltages]}"
-
-
 KEPT = 0.25  # least duration for which an alarm counts [s]; longer than the sampling interval of a fault memory
 
 
@@ -338,60 +283,63 @@ class AlarmCourses:
                 course.append(StatusChange(float(time[at]), status))
 
 
-class DriveFigures:
-    """Accumulated statistics over the pieces of a recording."""
+class Drive:
+    """Results over a drive, accumulated piece by piece; `close` ends it.
+
+    Angles are electrical but for the noise of a reading, which is mechanical [rad].
+    """
 
     def __init__(self, observer: MotorAngleObserver, voltages: str, superposed: bool, rate: float) -> None:
         p = observer.parameters
-        self._observer, self._voltages, self._superposed = observer, voltages, superposed
-        self._rate, self.courses = rate, AlarmCourses(rate)
+        self._observer, self._superposed, self._rate = observer, superposed, rate
+        self.voltages, self.courses = voltages, AlarmCourses(rate)
         across = p.inductance_across
         apart = p.motor_inductance - across
-        self._balance = VoltageBalance(p.motor_pole_pairs, p.sample_time, apart / (p.motor_inductance + across))
-        self._contradicting = VoltageBalance(p.motor_pole_pairs, p.sample_time, apart / (p.motor_inductance + across))
+        self._balance, self._contradicting = (
+            VoltageBalance(p.motor_pole_pairs, p.sample_time, apart / (p.motor_inductance + across)) for _ in range(2)
+        )
         self._induced = InducedVoltage(p.motor_resistance, across, p.motor_flux, p.sample_time, apart)
-        self.seen = self.known = self.since_model = self.surprised = 0
-        self.nis = self.mismatch = 0.0
-        self.residuals = Moments(1)
-        self._course, self._noise, self._until = ResidualCourse(p.motor_pole_pairs), NoiseCourse(), 0.0
-        self._alarmed = False
-        self.gains = np.zeros(4)  # windows, and products of the gains: both, the observer's, the sensor's
-        self.suspected = np.zeros(round(NOT_MOTOR) + 1, dtype=int)
+        self._seen = self._known = self._since_model = self._surprised = 0
+        self._nis = self.mismatch = self.until = 0.0
+        self._residuals = Moments(1)
+        self._course, self._noise = ResidualCourse(p.motor_pole_pairs), NoiseCourse()
+        self._alarmed = self._pinion = self._torque = False
+        self._gains = np.zeros(4)  # windows, and products of the gains: both, the observer's, the sensor's
+        self._suspected = np.zeros(round(NOT_MOTOR) + 1, dtype=int)
         self.resistance = self.flux = np.nan
-        self.inverter = (0.0, 0.0, 0.0)
-        self.pinion = self.torque = False
+        self._inverter = (0.0, 0.0, 0.0)
 
     def add(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
         self.courses.add(time, result)
         self._add_voltages(signals, result)
-        self.pinion |= bool(np.isfinite(signals["pinion_angle"]).any())
-        self.torque |= bool(np.isfinite(signals["driver_torque"]).any())
+        self._pinion |= bool(np.isfinite(signals["pinion_angle"]).any())
+        self._torque |= bool(np.isfinite(signals["driver_torque"]).any())
         counts, complete, known = (result[f"compared.{name}"] > 0.5 for name in ("counts", "complete", "known"))
         residual, nis = result["estimate.angle_residual_electrical"], result["estimate.nis"]
-        self.seen += len(residual)
-        self.known += int(known.sum())
-        self.residuals.add(residual[counts])
+        self._seen += len(residual)
+        self._known += int(known.sum())
+        self._residuals.add(residual[counts])
         angle, total = (result[f"{name}"][counts] for name in ("estimate.motor_angle", "compared.angle_sum"))
         self._course.keep(np.column_stack([time[counts], residual[counts], angle, total]))
         self._noise.add(time, signals["motor_angle_mechanical"])
-        self._until = float(time[-1])
+        self.until = float(time[-1])
         sensor, observer = (result[f"compared.{name}_gain"][complete] for name in ("sensor", "observer"))
-        self.gains += (len(sensor), sensor @ observer, observer @ observer, sensor @ sensor)
-        self.nis += float(nis.sum())
+        self._gains += (len(sensor), sensor @ observer, observer @ observer, sensor @ sensor)
+        self._nis += float(nis.sum())
         model = result["alarms.model"] > 0.5
-        if self.since_model or model.any():
-            after = nis[0 if self.since_model else int(np.argmax(model)) :]
-            self.since_model += len(after)
-            self.surprised += int(np.count_nonzero(after > SURPRISING))
+        if self._since_model or model.any():
+            after = nis[0 if self._since_model else int(np.argmax(model)) :]
+            self._since_model += len(after)
+            self._surprised += int(np.count_nonzero(after > SURPRISING))
         apart = result["alarms.plausibility"] > 0.5
         self.mismatch = max(self.mismatch, float(np.abs(result["plausible.mismatch"][apart]).max(initial=0.0)))
-        self.suspected += np.bincount(result["plausible.suspect"].astype(int), minlength=len(self.suspected))
+        self._suspected += np.bincount(result["plausible.suspect"].astype(int), minlength=len(self._suspected))
         if known.any():
-            self.resistance, self.flux = (
-                float(result[f"estimate.motor_{name}"][known][-1]) for name in ("resistance", "flux")
-            )
+            parameters = self._observer.parameters
+            resistance, flux = (result[f"estimate.motor_{name}"][known][-1] for name in ("resistance", "flux"))
+            self.resistance, self.flux = resistance / parameters.motor_resistance, flux / parameters.motor_flux
         loss, knee, deviation = (float(result[f"estimate.inverter_{name}"][-1]) for name in InverterLoss._fields[:3])
-        self.inverter = (loss, knee, deviation)
+        self._inverter = (loss, knee, deviation)
 
     def _add_voltages(self, signals: Mapping[str, np.ndarray], result: Result) -> None:
         current = StatorVector(signals["motor_current_alpha"], signals["motor_current_beta"])
@@ -408,73 +356,67 @@ class DriveFigures:
         self._balance.add(*columns)
         self._contradicting.add(*(each[alarmed] for each in columns))
 
-    def drive(self) -> Drive:
-        """The results so far."""
-        observer, rate = self._observer, self._rate
-        mean, spread = float(self.residuals.means[0]), self.residuals.deviation() if self.residuals.count else 0.0
-        windows, together, observed, sensed = self.gains.tolist()
+    def close(self) -> None:
+        """Compute what rests on the whole drive."""
+        observer, starts, spells = self._observer, self.courses.starts, self.courses.spells
+        p, residuals = observer.parameters, self._residuals
+        self.starts, self.spells = starts, spells  # first times of alarms; their samples and last times
+        self.seconds, self.known = (
+            self._seen / self._rate,
+            self._known / self._rate,
+        )  # time; that with a known angle [s]
+        self.counted = residuals.count  # residuals that counted, with their mean, deviation and root mean square
+        self.offset, self.offset_deviation = float(residuals.means[0]), residuals.deviation() if self.counted else 0.0
+        self.rms = math.hypot(self.offset, self.offset_deviation)
+        # Windows, increment of the sensor over the observer's, and their correlation.
+        windows, together, observed, sensed = self._gains.tolist()
+        self.windows, self.slope = int(windows), together / observed if observed else np.nan
         energy = (observed * sensed) ** 0.5
-        parameters, lost = observer.parameters, None
-        if isinstance(parameters, CommandedMotorParameters):
-            widest = observer.tuning.widest_knee
-            lost = InverterLoss(*self.inverter, parameters.inverter_knee_current, widest)
-        courses = self.courses
-        declared = min((courses.starts[name] for name in COMPARED if name in courses.starts), default=None)
-        onset, settled, end, shape = math.nan, False, math.nan, None
-        if declared is not None:
-            onset, settled = self._course.onset(declared)
-            last = max(courses.spells[name].last for name in COMPARED if name in courses.spells)
-            end = self._course.end(last)
-            shape = self._course.shape(declared, end)
-        last = max((each.last for each in courses.spells.values()), default=self._until)
-        noise, deviation = self._noise.between(min(courses.starts.values(), default=0.0), last)
-        limit = NOISY * observer.tuning.sensor_noise
-        if noise > limit:
-            shape, (onset, end) = Shape(NOISE, noise, deviation, 0.0), self._noise.span(limit)
-        model = courses.spells.get("model")
-        closes, departure, turned = self._departure()
-        return Drive(
-            seconds=self.seen / rate,
-            known=self.known / rate,
-            counted=self.residuals.count,
-            offset=mean,
-            offset_deviation=spread,
-            rms=math.hypot(mean, spread),
-            windows=int(windows),
-            slope=together / observed if observed else np.nan,
-            agreement=abs(together) / energy if energy else 0.0,
-            nis=self.nis / max(self.seen, 1),
-            surprised=self.surprised / max(self.since_model, 1),
-            resistance=self.resistance / parameters.motor_resistance,
-            flux=self.flux / parameters.motor_flux,
-            suspect=float(np.argmax(self.suspected[1:]) + 1) if self.suspected[1:].any() else 0.0,
-            starts=dict(self.courses.starts),
-            spells=dict(self.courses.spells),
-            until=self._until,
-            voltages=self._voltages,
-            lost=lost,
-            misread=misread(self._balance, parameters, observer.tuning.current_noise),
-            contradicting=self._induced.share(),
-            closes=closes,
-            departure=departure,
-            turned=turned,
-            mismatch=self.mismatch,
-            onset=onset,
-            settled=settled,
-            end=end,
-            shape=shape,
-            noise=noise,
-            noise_limit=limit,
-            rms_since_model=math.nan if model is None else self._course.root_mean_square(model.last),
-            untwisted=self._superposed and self.pinion and not self.torque,
-        )
+        self.agreement = abs(together) / energy if energy else 0.0
+        # Mean NIS, and share of surprising samples since `model` alarmed.
+        self.nis, self.surprised = self._nis / max(self._seen, 1), self._surprised / max(self._since_model, 1)
+        self.suspect = float(np.argmax(self._suspected[1:]) + 1) if self._suspected[1:].any() else 0.0
+        self.untwisted = self._superposed and self._pinion and not self._torque
+        self.lost: InverterLoss | None = None  # voltage loss of the inverter; None where the voltages were measured
+        if isinstance(p, CommandedMotorParameters):
+            self.lost = InverterLoss(*self._inverter, p.inverter_knee_current, observer.tuning.widest_knee)
+        self._find_error()
+        model = spells.get("model")
+        self.rms_since_model = math.nan if model is None else self._course.root_mean_square(model.last)
+        # Cause and action, where the whole recording is consistent after another reading.
+        self.misread = misread(self._balance, p, observer.tuning.current_noise)
+        # Share of the induced voltage that contradicts its rotation since the first of `BY_OBSERVER`; else NaN.
+        self.contradicting = self._induced.share()
+        # Whether currents, voltages and angle since then are those of some motor, what differs from the vehicle file in
+        # words, and the direction of its flux relative to the sensor's.
+        self.closes, self.departure, self.turned = False, "", 0.0
+        axes = self._contradicting.axes()
+        if axes is not None and axes.windows >= LEAST_WINDOWS and axes.unexplained <= CLEAN:
+            departure = Departure.of(axes, p, observer.tuning.current_noise).in_words()
+            self.closes, self.departure, self.turned = True, departure, axes.flux_direction
 
-    def _departure(self) -> tuple[bool, str, float]:
-        axes, observer = self._contradicting.axes(), self._observer
-        if axes is None or axes.windows < LEAST_WINDOWS or axes.unexplained > CLEAN:
-            return False, "", 0.0
-        departure = Departure.of(axes, observer.parameters, observer.tuning.current_noise).in_words()
-        return True, departure, axes.flux_direction
+    def _find_error(self) -> None:
+        """Find begin, end and shape of the error behind an alarm of the comparison, or noise of the readings."""
+        starts, spells = self.starts, self.spells
+        # `settled`: whether the sensor agreed before.
+        self.onset, self.settled, self.end = math.nan, False, math.nan
+        self.shape: Shape | None = None
+        declared = min((starts[name] for name in COMPARED if name in starts), default=None)
+        if declared is not None:
+            self.onset, self.settled = self._course.onset(declared)
+            self.end = self._course.end(max(spells[name].last for name in COMPARED if name in spells))
+            self.shape = self._course.shape(declared, self.end)
+        last = max((each.last for each in spells.values()), default=self.until)
+        self.noise, deviation = self._noise.between(min(starts.values(), default=0.0), last)
+        self.noise_limit = NOISY * self._observer.tuning.sensor_noise
+        if self.noise > self.noise_limit:
+            self.shape = Shape(NOISE, self.noise, deviation, 0.0)
+            self.onset, self.end = self._noise.span(self.noise_limit)
+
+    @property
+    def monitor(self) -> str:
+        """Name of the monitor and its variant."""
+        return f"motor-angle, {VARIANTS[self.voltages]}"
 
 
 def _complex(vector: StatorVector[NDArray[np.float64]]) -> NDArray[np.complex128]:
