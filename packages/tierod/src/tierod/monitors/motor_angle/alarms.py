@@ -18,7 +18,7 @@ from tierod.monitors.motor_angle.comparison import (
     SPEED_THRESHOLD,
     ElectricalChecks,
     NotFollowing,
-    Stuck,
+    SensorComparison,
 )
 from tierod.monitors.motor_angle.plausibility import AnglePlausibility
 
@@ -193,11 +193,11 @@ ALARMS = (
         "replace the sensor",
         _decided(
             "stuck",
-            "comparison.stuck",
+            "comparison",
             "travel of the observer while the sensor stands still",
-            (Stuck, "more than {travel:g} rad within {still:g} rad of the sensor"),
+            (SensorComparison, "more than {travel:g} rad within {still:g} rad of the sensor"),
             "turned_while_sensor_stood",
-            _either(Stuck.travel),
+            _either(SensorComparison.travel),
             TURNING,
         ),
     ),

@@ -46,108 +46,28 @@ class SensorBesideObserver(NamedTuple):
     motor_angle_mechanical: Annotated[Scalar, "rad"]  # reading of the sensor; NaN where the sample has none
 
 
+class Window(NamedTuple):
+    """Increments over the present window, and sensor and observer since the sensor stands still."""
+
+    last: Annotated[Scalar, "rad"]  # last reading
+    begun: Annotated[Scalar, ""]  # 1 after the first reading
+    gained: Annotated[Scalar, "rad"]  # increment of the sensor
+    start: Annotated[Scalar, "rad"]  # observer at the start of the window
+    elapsed: Annotated[Scalar, "s"]
+    stood: Annotated[Scalar, ""]  # 1 where the motor stood meanwhile
+    still_sensor: Annotated[Scalar, "rad"]
+    still_observer: Annotated[Scalar, "rad"]
+    stuck: Annotated[Scalar, ""]
+
+
 @dataclass(frozen=True)
-class Increments:
-    """Increments of sensor and observer over windows with a turning motor, for a comparison of direction and scale.
+class SensorComparison:
+    """Comparison of the sensor with the observer: CUSUMs of the differences of angle and speed, and two more tests.
 
-    Args:
-        sample_time: sampling interval [s]
-        window: window, long against the sensor's noise, short against a reversal [s]
-        least_speed: least mean speed of the observer over a window, mechanical [rad/s]
-
-    A window that begins or ends with a standing motor does not count.
+    The difference is known where the currents determine the angle well; one value per millisecond counts. Increments of
+    both over short windows are compared in direction and scale; a window that begins or ends with a standing motor does
+    not count. A sensor that does not move while the observer turns is stuck.
     """
-
-    sample_time: Annotated[float, "s", POSITIVE] = 1e-4
-    window: Annotated[float, "s", POSITIVE] = 0.01
-    least_speed: Annotated[float, "rad/s", POSITIVE] = 10.0
-
-    Sample = SensorBesideObserver
-
-    class State(NamedTuple):
-        last: Annotated[Scalar, "rad"]
-        begun: Annotated[Scalar, ""]
-        gained: Annotated[Scalar, "rad"]
-        start: Annotated[Scalar, "rad"]
-        elapsed: Annotated[Scalar, "s"]
-        stood: Annotated[Scalar, ""]
-
-    class Output(NamedTuple):
-        sensor: Annotated[Scalar, "rad"]
-        observer: Annotated[Scalar, "rad"]
-        complete: Annotated[Scalar, ""]
-
-    def __post_init__(self) -> None:
-        check_ranges(self)
-
-    def init(self) -> State:
-        return self.State(0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
-
-    def step(self, state: State, sample: SensorBesideObserver) -> tuple[State, Output]:
-        fresh = present(sample.motor_angle_mechanical)
-        step = wrapped(where(fresh, sample.motor_angle_mechanical, state.last) - state.last)
-        gained = state.gained + where(both(fresh, state.begun), step, 0.0)
-        elapsed = minimum(state.elapsed + self.sample_time, 10.0 * self.window)
-        seen = sample.estimate
-        stood = where(seen.standing, 1.0, state.stood)
-        ends = both(fresh, elapsed + 0.5 * self.sample_time > self.window)
-        turned = seen.motor_angle - state.start
-        complete = all_of(
-            ends, stood < 0.5, elapsed < 2.0 * self.window, absolute(turned) > self.least_speed * self.window
-        )
-        after = self.State(
-            where(fresh, sample.motor_angle_mechanical, state.last),
-            where(fresh, 1.0, state.begun),
-            where(ends, 0.0, gained),
-            where(ends, seen.motor_angle, state.start),
-            where(ends, 0.0, elapsed),
-            where(ends, where(seen.standing, 1.0, 0.0), stood),
-        )
-        return after, self.Output(gained, turned, where(complete, 1.0, 0.0))
-
-
-@dataclass(frozen=True)
-class Stuck:
-    """Alarm for a sensor that does not move while the observer turns."""
-
-    # range within which a sensor has not moved [rad]; four times its noise and step
-    still: Annotated[float, "rad", POSITIVE] = 0.006
-    # turn of the observer meanwhile, mechanical [rad]; far more than its error
-    travel: Annotated[float, "rad", POSITIVE] = 0.15
-
-    Sample = SensorBesideObserver
-
-    class State(NamedTuple):
-        sensor: Annotated[Scalar, "rad"]
-        observer: Annotated[Scalar, "rad"]
-        begun: Annotated[Scalar, ""]
-        alarm: Annotated[Scalar, ""]
-
-    class Output(NamedTuple):
-        turned: Annotated[Scalar, "rad"]
-        alarm: Annotated[Scalar, ""]
-
-    def __post_init__(self) -> None:
-        check_ranges(self)
-
-    def init(self) -> State:
-        return self.State(0.0, 0.0, 0.0, 0.0)
-
-    def step(self, state: State, sample: SensorBesideObserver, enabled: Scalar | bool = True) -> tuple[State, Output]:
-        fresh = present(sample.motor_angle_mechanical)
-        away = where(fresh, sample.motor_angle_mechanical, state.sensor) - state.sensor
-        moved = all_of(fresh, absolute(wrapped(away)) > self.still)
-        anew = any_of(both(fresh, state.begun < 0.5), moved, sample.estimate.standing > 0.5, negated(enabled))
-        sensor = where(both(anew, fresh), sample.motor_angle_mechanical, state.sensor)
-        observer = where(anew, sample.estimate.motor_angle, state.observer)
-        turned = where(state.begun, sample.estimate.motor_angle - observer, 0.0)
-        alarm = where(anew, 0.0, where(both(fresh, absolute(turned) > self.travel), 1.0, state.alarm))
-        return self.State(sensor, observer, where(fresh, 1.0, state.begun), alarm), self.Output(turned, alarm)
-
-
-@dataclass(frozen=True)
-class ResidualGate:
-    """Gate for the residual: open where the currents determine the angle well, one value per millisecond."""
 
     pole_pairs: Annotated[float, "", POSITIVE]  # pole pairs of the motor [-]
     nominal_flux: Annotated[float, "V*s", POSITIVE]  # flux of its magnets, from the vehicle file [V s]
@@ -163,6 +83,19 @@ class ResidualGate:
     widest_flux: Annotated[float, "", POSITIVE] = 0.2
     # spacing of the values that count [s]; closer residuals are not independent
     spacing: Annotated[float, "s", POSITIVE] = 1e-3
+    # window of the increments, long against the sensor's noise, short against a reversal [s]
+    window: Annotated[float, "s", POSITIVE] = 0.01
+    # least mean speed of the observer over a window, mechanical [rad/s]
+    least_mean_speed: Annotated[float, "rad/s", POSITIVE] = 10.0
+    # range within which a sensor has not moved [rad]; four times its noise and step
+    still: Annotated[float, "rad", POSITIVE] = 0.006
+    # turn of the observer meanwhile, mechanical [rad]; far more than its error
+    travel: Annotated[float, "rad", POSITIVE] = 0.15
+    # CUSUM of windows in which the sensor turns against the observer, less those with it
+    backwards: Cusum = field(default_factory=lambda: Cusum(0.0, BACKWARDS, BACKWARDS, "upper"))
+    # angle, speed: CUSUMs of the differences of angle and of speed
+    angle: Cusum = field(default_factory=lambda: Cusum(ANGLE_DRIFT, ANGLE_THRESHOLD, 2.0 * ANGLE_THRESHOLD))
+    speed: Cusum = field(default_factory=lambda: Cusum(SPEED_DRIFT, SPEED_THRESHOLD, 2.0 * SPEED_THRESHOLD))
     holding: Debounce = field(init=False, repr=False)
 
     Sample = SensorBesideObserver
@@ -171,56 +104,7 @@ class ResidualGate:
         elapsed: Annotated[Scalar, "s"]
         since: Annotated[Scalar, "s"]
         held: Debounce.State
-
-    class Output(NamedTuple):
-        known: Annotated[Scalar, ""]
-        counts: Annotated[Scalar, ""]
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "holding", Debounce(self.hold, 0.0, self.sample_time))
-        check_ranges(self)
-
-    def init(self) -> State:
-        return self.State(0.0, self.spacing, self.holding.init())
-
-    def step(self, state: State, sample: SensorBesideObserver) -> tuple[State, Output]:
-        half, seen = 0.5 * self.sample_time, sample.estimate
-        elapsed = minimum(state.elapsed + self.sample_time, self.start + self.sample_time)
-        flux = log(maximum(seen.motor_flux / self.nominal_flux, 1e-6))
-        good = all_of(
-            elapsed + half > self.start,
-            self.pole_pairs * absolute(seen.motor_speed) > self.least_speed,
-            seen.standing < 0.5,
-            seen.motor_angle_standard_deviation < self.most_deviation,
-            absolute(flux) < self.widest_flux,
-        )
-        held, debounced = self.holding.step(state.held, where(good, 1.0, 0.0))
-        known = both(debounced.active, good)
-        since = minimum(state.since + self.sample_time, self.spacing)
-        counts = all_of(known, present(sample.motor_angle_mechanical), since + half > self.spacing)
-        after = self.State(elapsed, where(counts, 0.0, since), held)
-        return after, self.Output(where(known, 1.0, 0.0), where(counts, 1.0, 0.0))
-
-
-@dataclass(frozen=True)
-class SensorComparison:
-    """Comparison of the sensor with the observer: CUSUMs of the differences of angle and speed, and two more tests."""
-
-    gate: ResidualGate  # gate for the difference
-    increments: Increments  # increments of both over a window
-    stuck: Stuck = field(default_factory=Stuck)  # test for a sensor that stands still while the observer turns
-    # CUSUM of windows in which the sensor turns against the observer, less those with it
-    backwards: Cusum = field(default_factory=lambda: Cusum(0.0, BACKWARDS, BACKWARDS, "upper"))
-    # angle, speed: CUSUMs of the differences of angle and of speed
-    angle: Cusum = field(default_factory=lambda: Cusum(ANGLE_DRIFT, ANGLE_THRESHOLD, 2.0 * ANGLE_THRESHOLD))
-    speed: Cusum = field(default_factory=lambda: Cusum(SPEED_DRIFT, SPEED_THRESHOLD, 2.0 * SPEED_THRESHOLD))
-
-    Sample = SensorBesideObserver
-
-    class State(NamedTuple):
-        gate: ResidualGate.State
-        increments: Increments.State
-        stuck: Stuck.State
+        window: Window
         backwards: Cusum.State
         angle: Cusum.State
         speed: Cusum.State
@@ -248,44 +132,94 @@ class SensorComparison:
         backwards_sum: Annotated[Scalar, ""]
         turned_meanwhile: Annotated[Scalar, "rad"]
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "holding", Debounce(self.hold, 0.0, self.sample_time))
+        check_ranges(self)
+
     def init(self) -> State:
-        return self.State(
-            self.gate.init(),
-            self.increments.init(),
-            self.stuck.init(),
-            self.backwards.init(),
-            self.angle.init(),
-            self.speed.init(),
-        )
+        window = Window(0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+        sums = self.backwards.init(), self.angle.init(), self.speed.init()
+        return self.State(0.0, self.spacing, self.holding.init(), window, *sums)
 
     def step(self, state: State, sample: SensorBesideObserver) -> tuple[State, Output]:
-        gate, gated = self.gate.step(state.gate, sample)
-        residual = sample.estimate.angle_residual_electrical
-        angle, summed = self.angle.step(state.angle, residual, enabled=gated.counts)
-        increments, gained = self.increments.step(state.increments, sample)
-        gained = gained._replace(complete=where(gated.known, gained.complete, 0.0))
-        faster = (gained.sensor - gained.observer) / self.increments.window
-        speed, speeds = self.speed.step(state.speed, faster, enabled=gained.complete)
-        against_it = -sign(gained.sensor * gained.observer)
-        backwards, against = self.backwards.step(state.backwards, against_it, enabled=gained.complete)
-        stuck, still = self.stuck.step(state.stuck, sample, enabled=gated.known)
-        return self.State(gate, increments, stuck, backwards, angle, speed), self.Output(
-            gated.known,
-            gated.counts,
-            where(gate.elapsed < self.gate.start, 1.0, 0.0),
+        elapsed = minimum(state.elapsed + self.sample_time, self.start + self.sample_time)
+        held, known, since, counts = self._gated(state, elapsed, sample)
+        angle, summed = self.angle.step(state.angle, sample.estimate.angle_residual_electrical, enabled=counts)
+        window, gained, turned, ended = self._increments(state.window, sample)
+        complete = where(known, ended, 0.0)
+        faster = (gained - turned) / self.window
+        speed, speeds = self.speed.step(state.speed, faster, enabled=complete)
+        backwards, against = self.backwards.step(state.backwards, -sign(gained * turned), enabled=complete)
+        window, meanwhile = self._standing(state.window, window, sample, known)
+        return self.State(elapsed, since, held, window, backwards, angle, speed), self.Output(
+            known,
+            counts,
+            where(elapsed < self.start, 1.0, 0.0),
             maximum(summed.up, summed.down),
-            where(gained.complete, faster, 0.0),
+            where(complete, faster, 0.0),
             maximum(speeds.up, speeds.down),
-            gained.sensor,
-            gained.observer,
-            gained.complete,
+            gained,
+            turned,
+            complete,
             summed.alarm,
             speeds.alarm,
             against.alarm,
-            still.alarm,
+            window.stuck,
             against.up,
-            still.turned,
+            meanwhile,
         )
+
+    def _gated(
+        self, state: State, elapsed: Scalar, sample: SensorBesideObserver
+    ) -> tuple[Debounce.State, Scalar, Scalar, Scalar]:
+        """Debounced gate, whether the difference is known, time since a value counted, and whether this one does."""
+        half, seen = 0.5 * self.sample_time, sample.estimate
+        good = all_of(
+            elapsed + half > self.start,
+            self.pole_pairs * absolute(seen.motor_speed) > self.least_speed,
+            seen.standing < 0.5,
+            seen.motor_angle_standard_deviation < self.most_deviation,
+            absolute(log(maximum(seen.motor_flux / self.nominal_flux, 1e-6))) < self.widest_flux,
+        )
+        held, debounced = self.holding.step(state.held, where(good, 1.0, 0.0))
+        known = both(debounced.active, good)
+        since = minimum(state.since + self.sample_time, self.spacing)
+        counts = all_of(known, present(sample.motor_angle_mechanical), since + half > self.spacing)
+        return held, where(known, 1.0, 0.0), where(counts, 0.0, since), where(counts, 1.0, 0.0)
+
+    def _increments(self, old: Window, sample: SensorBesideObserver) -> tuple[Window, Scalar, Scalar, Scalar]:
+        """The window after a sample, increments of sensor and observer, and whether a whole window has ended."""
+        fresh, seen = present(sample.motor_angle_mechanical), sample.estimate
+        reading = where(fresh, sample.motor_angle_mechanical, old.last)
+        gained = old.gained + where(both(fresh, old.begun), wrapped(reading - old.last), 0.0)
+        elapsed = minimum(old.elapsed + self.sample_time, 10.0 * self.window)
+        stood = where(seen.standing, 1.0, old.stood)
+        ends = both(fresh, elapsed + 0.5 * self.sample_time > self.window)
+        turned = seen.motor_angle - old.start
+        moved = absolute(turned) > self.least_mean_speed * self.window
+        complete = all_of(ends, stood < 0.5, elapsed < 2.0 * self.window, moved)
+        after = old._replace(
+            last=reading,
+            begun=where(fresh, 1.0, old.begun),
+            gained=where(ends, 0.0, gained),
+            start=where(ends, seen.motor_angle, old.start),
+            elapsed=where(ends, 0.0, elapsed),
+            stood=where(ends, where(seen.standing, 1.0, 0.0), stood),
+        )
+        return after, gained, turned, where(complete, 1.0, 0.0)
+
+    def _standing(
+        self, old: Window, window: Window, sample: SensorBesideObserver, enabled: Scalar
+    ) -> tuple[Window, Scalar]:
+        """The window with the test of a stuck sensor, and the turn of the observer while it stands still."""
+        fresh, seen = present(sample.motor_angle_mechanical), sample.estimate
+        moved = all_of(fresh, absolute(wrapped(window.last - old.still_sensor)) > self.still)
+        anew = any_of(both(fresh, old.begun < 0.5), moved, seen.standing > 0.5, negated(enabled))
+        sensor = where(both(anew, fresh), sample.motor_angle_mechanical, old.still_sensor)
+        observer = where(anew, seen.motor_angle, old.still_observer)
+        turned = where(old.begun, seen.motor_angle - observer, 0.0)
+        stuck = where(anew, 0.0, where(both(fresh, absolute(turned) > self.travel), 1.0, old.stuck))
+        return window._replace(still_sensor=sensor, still_observer=observer, stuck=stuck), turned
 
 
 LEARNT = 0.2  # initial time over which the amplitude of sine and cosine is averaged [s]

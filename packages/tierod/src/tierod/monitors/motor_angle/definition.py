@@ -23,9 +23,7 @@ from tierod.monitors.motor_angle.comparison import (
     ElectricalAlarms,
     ElectricalChecks,
     ElectricalFigures,
-    Increments,
     NotFollowing,
-    ResidualGate,
     SensorBesideObserver,
     SensorComparison,
 )
@@ -140,7 +138,7 @@ class MotorAngleMonitor:
         p = observer.parameters
         return cls(
             observer,
-            SensorComparison(ResidualGate(p.motor_pole_pairs, p.motor_flux, sample_time), Increments(sample_time)),
+            SensorComparison(p.motor_pole_pairs, p.motor_flux, sample_time),
             ElectricalChecks(p.motor_pole_pairs, sample_time),
             NotFollowing(sample_time),
             plausibility,
@@ -327,7 +325,7 @@ class MotorAngleSession(BlockSession):
         shown[residual] = np.where(known, shown[residual], np.nan)
         pole_pairs = self.monitor.observer.parameters.motor_pole_pairs
         shown[deviation] = np.where(known, pole_pairs * shown[deviation], np.nan)
-        window = round(self.monitor.comparison.increments.window * self.rate)
+        window = round(self.monitor.comparison.window * self.rate)
         for name in AT_READINGS:
             shown[name] = np.where(shown[name] == 0.0, np.nan, shown[name])
         shown["motor_speed_residual"] = _stood(shown["motor_speed_residual"], windows, window)
