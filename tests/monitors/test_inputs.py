@@ -16,7 +16,7 @@ from exact_vehicle import diagnose
 from tierod.core.facts import Fact
 from tierod.core.findings import Status
 from tierod.core.recording import Recording
-from tierod.monitors.inputs import InputDefects
+from tierod.monitors.defects import InputDefects
 from tierod.monitors.registry import MONITORS
 from tierod.monitors.run import Run
 from tierod.monitors.runner import find

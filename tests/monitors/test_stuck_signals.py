@@ -13,8 +13,9 @@ from tierod.core.graph import scan
 from tierod.core.recording import Aligned, Recording
 from tierod.io.derive import complete
 from tierod.io.readers import read
+from tierod.monitors.inputs import StuckOverDrive
 from tierod.monitors.registry import MONITORS
-from tierod.monitors.stuck import StuckOverDrive, StuckSignals
+from tierod.monitors.stuck import StuckSignals
 from tierod.vehicles import load
 
 SIGNALS = MONITORS["friction"].required

@@ -4,40 +4,136 @@ from __future__ import annotations
 
 import math
 import re
-from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Annotated, Any
 
 import numpy as np
 
-from tierod.core.facts import GUESSES, LONGEST_REASON, REPAIR, Fact, assemble, defect, weigh
+from tierod.core.facts import GUESSES, LONGEST_REASON, REPAIR, Fact, assemble, weigh
 from tierod.core.findings import Finding, Status
+from tierod.core.graph import Memory, Scanner
 from tierod.core.recording import Aligned, Recording
+from tierod.core.series import Stride
 from tierod.core.shown import in_words
-from tierod.core.signals import residue_of
+from tierod.core.signals import SIGNALS
 from tierod.io.derive import ingredients
-from tierod.methods.relations import CERTAIN, CORRELATION, FOLLOWS, RELATIONS
+from tierod.methods.relations import witnesses
 from tierod.methods.running import (
-    BLOCK,
-    RATE,
-    Blocks,
-    Lag,
-    LaggedCorrelation,
-    OuterLevels,
     Share,
     Span,
     Spans,
-    piles_up,
 )
 from tierod.monitors.acceptance import other_vehicle
+from tierod.monitors.defects import MAXIMUM_AGE, InputDefects
 from tierod.monitors.pieces import QualityOverChunks
 from tierod.monitors.session import Conclusion, Monitor, StatusChange
-from tierod.monitors.stuck import MAXIMUM_AGE, Stuck, StuckOverDrive
+from tierod.monitors.stuck import Stuck, StuckSignals
 
 LEAST: Annotated[float, "s"] = 1.0  # shortest missing stretch that is reported
 STEPS = 5.0  # shortest missing stretch of a slow signal, in its own sampling intervals
 NAMED = 3  # most stretches of one signal that a sentence lists; further ones are counted
+
+
+# Rate at which signals are checked for being stuck [Hz]: enough, since a stuck one repeats its value in every sample,
+# and cheap even beside a monitor at 10 kHz
+WATCHED = 20.0
+
+
+class StuckOverDrive:
+    """Checks the input signals of a monitor; the result does not depend on how the recording is cut into pieces.
+
+    Args:
+        names: input signals of the monitor; only canonical signals are checked
+        rate: rate of the monitor's grid [Hz]
+    """
+
+    def __init__(self, names: Collection[str], rate: float, passed_on: Collection[str] = ()):
+        self.names = tuple(name for name in names if name in SIGNALS)
+        self.beside = witnesses(self.names)
+        self.passed_on = frozenset(passed_on)
+        self._stride = Stride(max(round(rate / WATCHED), 1))
+        self._rate = rate / self._stride.step
+        self._block = StuckSignals(self.names, self.beside, 1.0 / self._rate) if self.names else None
+        self._scanner = Scanner(self._block) if self._block else None
+        self._memory: Memory | None = None
+        self._flags = np.zeros(len(self.names), bool)
+        self._open: dict[str, Stuck] = {}
+        self._closed: list[Stuck] = []
+
+    def without(self, aligned: Aligned, recording: Recording) -> Aligned:
+        """Next samples of the monitor with NaN where a signal is stuck."""
+        watched = self._stride.over(len(aligned.time))
+        if self._block is None:
+            return aligned
+        kept = aligned.time[watched]
+        # Row 0 is the state at the end of the previous piece, for samples before the first one that is checked here.
+        flags = np.empty((len(kept) + 1, len(self.names)), bool)
+        flags[0] = self._flags
+        if len(kept):
+            flags[1:] = self._watch(kept, recording)
+            self._flags = flags[-1]
+        if not flags.any():
+            return aligned
+        place = (np.arange(len(aligned.time)) - watched.start) // watched.step + 1
+        values = aligned.values.copy()
+        for column, name in enumerate(self.names):
+            if name in aligned.names and name not in self.passed_on:
+                values[flags[place, column], aligned.names.index(name)] = np.nan
+        return replace(aligned, values=values)
+
+    def spans(self) -> tuple[Stuck, ...]:
+        """Spans in which signals were stuck, in the order of time."""
+        return tuple(sorted((*self._closed, *self._open.values()), key=lambda each: (each.start, each.name)))
+
+    def lasting(self) -> Mapping[str, Stuck]:
+        """Signals that are still stuck, by name."""
+        return dict(self._open)
+
+    def facts(self, units: Mapping[str, str]) -> tuple[Fact, ...]:
+        """Stuck signals with their spans and values, each with the remedy where it was removed."""
+        found = []
+        for name in dict.fromkeys(each.name for each in self.spans()):
+            times = [each for each in self.spans() if each.name == name]
+            listed = ", ".join(_when(each, units.get(name, "")) for each in times[:NAMED])
+            others = len(times) - NAMED
+            more = "" if others < 1 else " and once more" if others == 1 else f" and {others} more times"
+            passed = name in self.passed_on
+            used = "other signals show that it should have moved" if passed else "not used there"
+            cause = f"{name} is stuck {listed}{more}: {used}; check the sensor and its messages"
+            spans = f"{', '.join(map(_span, times[:NAMED]))}{' and later' * (others > 0)}"
+            action = "" if passed else f"repair or check {name}: it was stuck {spans}"
+            found.append(Fact("stuck", cause, action=action, rests_on=(name,)))
+        return tuple(found)
+
+    def _watch(self, kept: np.ndarray, recording: Recording) -> np.ndarray:
+        """Whether each signal is stuck at the given times, (times, signals); also updates the spans."""
+        assert self._block is not None
+        stop = float(kept[-1]) + 0.5 / self._rate
+        seen = recording.align(
+            self._block.all_names, self._rate, maximum_age=MAXIMUM_AGE, start=float(kept[0]), stop=stop
+        )
+        assert self._scanner is not None
+        result = self._scanner.scan(seen, self._memory)
+        self._memory = result.state
+        flags = result.values > 0.0
+        before = np.vstack([self._flags, flags[:-1]])
+        for at, column in np.argwhere(flags != before).tolist():
+            name, time = self.names[column], float(kept[at])
+            if flags[at, column]:
+                value = float(seen.values[at, column])
+                self._open[name] = Stuck(name, time - float(result.values[at, column]), time, None, value)
+            else:
+                self._closed.append(replace(self._open.pop(name), end=time))
+        return flags
+
+
+def _span(each: Stuck) -> str:
+    return f"from {each.start:.1f} s {'on' if each.end is None else f'to {each.end:.1f} s'}"
+
+
+def _when(each: Stuck, unit: str) -> str:
+    return f"at {in_words(each.value, unit, 4)} {_span(each)}"
 
 
 class MissingStretches:
@@ -142,111 +238,6 @@ class JudgedTime:
             tuple(lost),
             Status.NOT_IDENTIFIABLE,
         )
-
-
-AT_ONCE = 30 * BLOCK  # samples that are aligned at once, 10 min: a pause of many hours need not fit into memory
-CHECKED = ("steering", "turn", "fast turn", "car", "road", "assist")  # relations that are checked over a drive
-
-# Signals that are checked for clipping: their free motion has no preferred extreme, unlike an angle with stops or a
-# speed that rests at zero
-CLIPPED = ("driver_torque", "motor_torque", "lateral_acceleration", "yaw_rate", "steering_wheel_rate")
-
-SHORTEST_CLIPPED = 1.0  # Total time at the extreme value from which a signal counts as clipped [s]
-
-# Least share of that time in the drive [-], so that a motor at its limit in a single manoeuvre does not count
-SHARE_CLIPPED = 0.005
-
-
-class InputDefects:
-    """Compares input signals over a drive; the result does not depend on how the recording is cut into pieces."""
-
-    def __init__(self, names: Sequence[str]):
-        pairs = {key: RELATIONS[key] for key in CHECKED if RELATIONS[key].signals <= set(names)}
-        self._lags = {key: LaggedCorrelation(each.smallest) for key, each in pairs.items()}
-        self._ends = {name: OuterLevels() for name in CLIPPED if name in names}
-        used = [name for each in pairs.values() for name in (*each.first, *each.second)]
-        self.names = tuple(dict.fromkeys((*used, *self._ends)))
-        self._samples = 0
-        self._blocks = Blocks(BLOCK, len(self.names))
-
-    def add(self, recording: Recording, start: float, until: float, stuck: Iterable[Stuck] = ()) -> None:
-        """Add the next piece."""
-        if not self.names:
-            return
-        spans = tuple(each for each in stuck if each.name in self.names)
-        while (first := start + self._samples / RATE) <= until:
-            stop = min(until + 1e-6, first + (AT_ONCE - 0.5) / RATE)
-            aligned = recording.align(self.names, RATE, maximum_age=MAXIMUM_AGE, start=first, stop=stop)
-            self._samples += len(aligned.time)
-            for each in spans:
-                end = np.inf if each.end is None else each.end
-                without = (aligned.time >= each.found) & (aligned.time < end)
-                aligned.values[without, self.names.index(each.name)] = np.nan
-            for block in self._blocks.add(aligned.values):
-                self._take(dict(zip(self.names, block.T, strict=True)))
-
-    def _take(self, block: Mapping[str, np.ndarray]) -> None:
-        for key, lag in self._lags.items():
-            slowest = RELATIONS[key].slowest
-            lag.add(*RELATIONS[key].quantities(block, RATE), block["vehicle_speed"] >= slowest if slowest else None)
-        for name, ends in self._ends.items():
-            step = residue_of(name)
-            ends.add(np.round(block[name][np.isfinite(block[name])] / step) * step)
-
-    def found(self, units: Mapping[str, str] | None = None) -> tuple[Fact, ...]:
-        """Defects of the input signals."""
-        lags = {key: lag for key, each in self._lags.items() if (lag := each.found()) and lag.correlation > FOLLOWS}
-        known = {key: lag for key, lag in lags.items() if lag.gain_correlation > CORRELATION}
-        found: dict[str, Fact] = {}
-        # Clipping looks like a wrong scale, and so may a delay: each signal is named for its most likely defect only.
-        for each in (*self._clipped(units or {}), *self._late(lags), *self._scaled(known)):
-            if not any(name in found for name in each.rests_on):
-                found |= dict.fromkeys(each.rests_on, each)
-        return tuple(dict.fromkeys(found.values()))
-
-    def _late(self, lags: Mapping[str, Lag]) -> list[Fact]:
-        """Delayed signals; where one seems early, the other one is late, since no sensor is early."""
-        sides = {}
-        for key, lag in lags.items():
-            relation, margin = RELATIONS[key], CERTAIN * lag.deviation
-            if lag.delay > relation.latest + margin:
-                sides[key] = relation.second, relation.first
-            elif lag.delay < relation.earliest - margin:
-                sides[key] = relation.first, relation.second
-        times_late = Counter(late for (late, *_), _ in sides.values())
-        found: dict[str, Fact] = {}
-        for key, ((late, *others), (beside, *_)) in sides.items():
-            delay = abs(lags[key].delay - RELATIONS[key].usual)
-            deviation = math.hypot(lags[key].deviation, RELATIONS[key].usual_deviation)
-            sentence = f"{late} is late relative to {beside}, by {delay:.2f} ± {deviation:.2f} s"
-            if others and times_late[late] == 1:
-                sentence += f", or {' or '.join(others)} is wrong"
-            else:
-                others = []
-            found.setdefault(late, defect((late, *others), sentence, f"{late} is late"))
-        return list(found.values())
-
-    def _scaled(self, lags: Mapping[str, Lag]) -> list[Fact]:
-        found = []
-        for key, lag in lags.items():
-            relation = RELATIONS[key]
-            if lag.gain > 0.0 and not 1.0 / relation.gain < lag.gain < relation.gain:
-                names = (*relation.second, *relation.first)
-                second, first = relation.words
-                sentence = f"{' or '.join(names)} has a wrong scale: {second} is {lag.gain:.2f} times {first}"
-                found.append(defect(names, sentence))
-        return found
-
-    def _clipped(self, units: Mapping[str, str]) -> list[Fact]:
-        found = []
-        least = max(SHORTEST_CLIPPED * RATE, SHARE_CLIPPED * self._samples)
-        for name, ends in self._ends.items():
-            for side, extreme, count, others in ends.ends():
-                if extreme != 0.0 and count > least and piles_up(count, others):
-                    value = in_words(extreme, units.get(name, ""), 4)
-                    sentence = f"{name} is clipped at its {side} limit {value} for {count / RATE:.0f} s in total"
-                    found.append(defect((name,), sentence, f"{name} is clipped"))
-        return found
 
 
 class InputChecks:

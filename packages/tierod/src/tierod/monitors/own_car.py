@@ -23,6 +23,7 @@ from tierod.methods.identification.vehicle import VehicleIdentification, identif
 from tierod.methods.identification.vehicle_judgement import CONTRADICTION, LEARNT, NARROWED, NOT_SEEN, Judged
 from tierod.methods.identification.vehicle_priors import spread_of
 from tierod.models.friction_estimation import FrictionParameters
+from tierod.monitors.defects import InputDefects
 from tierod.monitors.friction.estimator import (
     ROLLING_SPEED,
     Coefficients,
@@ -33,7 +34,6 @@ from tierod.monitors.friction.estimator import (
     regressors,
 )
 from tierod.monitors.friction.signals import SAMPLE_TIME, SteeringConditioning, SteeringSample
-from tierod.monitors.inputs import InputDefects
 from tierod.physics.friction import RELAXED, BuildUp, build_ups
 from tierod.vehicles import Vehicle
 from tierod.vehicles.vehicle import Parameter

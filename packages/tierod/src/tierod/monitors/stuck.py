@@ -3,23 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, Any, NamedTuple
 
-import numpy as np
-
 from tierod.core.block import Scalar, named_tuple
-from tierod.core.errors import ParameterError
-from tierod.core.facts import Fact
-from tierod.core.graph import Memory, Scanner
 from tierod.core.graph.maths import absolute, all_of, any_of, both, either, maximum, minimum, negated, present, where
-from tierod.core.recording import Aligned, Recording
-from tierod.core.series import Stride
-from tierod.core.shown import in_words
-from tierod.core.signals import SIGNALS, residue_of
-from tierod.methods.relations import FOLLOWED, RATES, SAME_SPEED, SPEEDS, STEERED, TURN, is_moved, is_ordered, witnesses
+from tierod.core.signals import residue_of
+from tierod.methods.relations import FOLLOWED, RATES, SAME_SPEED, SPEEDS, STEERED, TURN, is_moved, is_ordered
 from tierod.physics.lag import share_reached
 
 
@@ -71,15 +62,6 @@ def repeated(run: EqualValues, value: Scalar, moves: Scalar, sample_time: float,
     )
 
 
-def is_changing(run: EqualValues, value: Scalar, jitter: Scalar) -> Scalar:
-    """Whether a signal is present and changes with practically every sample.
-
-    Args:
-        jitter: longest run of equal values of such a signal [s]
-    """
-    return both(present(value), run.seconds < jitter)
-
-
 STEPS = 1.5  # Error of a difference of two readings in steps of quantisation [-]: half a step each, and half in reserve
 
 # Share of a limit within which two signals must have agreed before a run of equal values [-], so that a constant offset
@@ -96,117 +78,11 @@ class Contradiction(NamedTuple):
     seconds: Scalar  # time for which the two have contradicted each other without interruption [s]
 
 
-def rate_beside_angle(
-    limits: Any,
-    old: Contradiction,
-    now: dict[str, Scalar],
-    runs: dict[str, EqualValues],
-    rate: str,
-    angle: str,
-    offset: Scalar,
-) -> tuple[Contradiction, Scalar]:
-    """Test of a constant rate: its angle changes by something else than the integral of the rate."""
-    run, there = runs[rate], present(now[angle])
-    since = run.seconds - limits.delay
-    start = where(both(there, since < 0.0), now[angle], old.start)
-    apart = absolute(now[angle] - start - (run.value - offset) * since)
-    return Contradiction(start, 0.0, old.seconds), _beyond(limits, apart, since, runs, rate, angle, other=angle)
+class Seen(NamedTuple):
+    """Signals of one sample, and the runs of their values, by name."""
 
-
-def angle_beside_rate(
-    limits: Any,
-    old: Contradiction,
-    now: dict[str, Scalar],
-    runs: dict[str, EqualValues],
-    rate: str,
-    angle: str,
-    offset: Scalar,
-) -> tuple[Contradiction, Scalar]:
-    """Test of a constant angle: the integral of its rate departs from zero."""
-    since = runs[angle].seconds - limits.delay
-    moved = where(both(present(now[rate]), present(now[angle])), limits.sample_time * (now[rate] - offset), 0.0)
-    way = where(since < 0.0, 0.0, old.far + moved)
-    return Contradiction(0.0, way, old.seconds), _beyond(limits, absolute(way), since, runs, rate, angle, other=rate)
-
-
-def _beyond(
-    limits: Any, apart: Scalar, since: Scalar, runs: dict[str, EqualValues], rate: str, angle: str, other: str
-) -> Scalar:
-    """Whether rate and angle differ by more than their steps and offsets explain; `other` is not the one tested."""
-    # The error of a coarse rate grows with time, that of a coarse angle does not.
-    allowed = limits.angle + STEPS * runs[angle].step + (limits.drift + STEPS * runs[rate].step) * since
-    return all_of(since > 0.0, runs[other].stuck < 0.5, apart > allowed)
-
-
-def beside_turn(
-    limits: Any, old: Contradiction, run: EqualValues, turn: Scalar, shows: Any
-) -> tuple[Contradiction, Scalar]:
-    """Test of a constant signal of a turn: it disagrees with the two others."""
-    memory = _agreed(old, run, turn)
-    apart = both(absolute(turn) > limits.turn, memory.start < AGREED * limits.turn)
-    return memory, all_of(run.seconds > limits.delay, apart, shows)
-
-
-def angle_beside_bends(limits: Any, old: Contradiction, run: EqualValues, bend: Scalar) -> tuple[Contradiction, Scalar]:
-    """Test of a constant steering angle: the car turns to one side and then to the other; `bend` [m/s^2]."""
-    early = run.seconds < limits.delay
-    least = where(early, bend, minimum(old.start, bend))
-    most = where(early, bend, maximum(old.far, bend))
-    passed = all_of(negated(early), least < -limits.turn, most > limits.turn)
-    return Contradiction(least, most, old.seconds), passed
-
-
-def bend_of(acceleration: Scalar, yaw: Scalar, speed: Scalar) -> Scalar:
-    """Lateral acceleration on which both signals of a turn agree; 0 if they disagree or one is missing [m/s^2].
-
-    It keeps its sign when the car rolls backwards, and ignores a spike of one signal.
-    """
-    turned = yaw * speed
-    agree = all_of(present(acceleration), present(turned), acceleration * turned > 0.0)
-    size = minimum(absolute(acceleration), absolute(turned))
-    return where(agree, where(acceleration > 0.0, size, -size), 0.0)
-
-
-def speed_beside_others(
-    limits: Any,
-    old: Contradiction,
-    now: dict[str, Scalar],
-    runs: dict[str, EqualValues],
-    name: str,
-    others: tuple[str, ...],
-) -> tuple[Contradiction, Scalar]:
-    """Test of a constant speed: all others differ from it; a wheel at zero is excluded, since it may be locked."""
-    run, nearest = runs[name], math.inf
-    for other in others:
-        apart = where(runs[other].stuck < 0.5, run.value - now[other], math.inf)
-        nearest = where(absolute(apart) < absolute(nearest), apart, nearest)
-    known = present(nearest)
-    memory = _agreed(old, run, where(known, nearest, old.far))
-    most = limits.speed + limits.slip * absolute(run.value - where(known, nearest, 0.0))
-    free = 1.0 if name == "vehicle_speed" else absolute(run.value) > 0.0
-    parted = all_of(known, absolute(nearest) > most, memory.start < AGREED * most)
-    return memory, all_of(run.seconds > limits.delay, parted, free)
-
-
-def beside_followed(
-    limits: Any, old: Contradiction, other: Scalar, run: EqualValues, beside: EqualValues, share: float
-) -> tuple[Contradiction, Scalar]:
-    """Test of a constant signal: a signal that it follows passes over a large share of its own range."""
-    early, there = run.seconds < limits.delay, present(other)
-    least = where(there, where(early, other, minimum(old.start, other)), old.start)
-    most = where(there, where(early, other, maximum(old.far, other)), old.far)
-    passed = all_of(
-        negated(early),
-        beside.stuck < 0.5,
-        beside.seen > limits.learning,
-        most - least > share * (beside.high - beside.low),
-    )
-    return Contradiction(least, most, old.seconds), passed
-
-
-def _agreed(old: Contradiction, run: EqualValues, residual: Scalar) -> Contradiction:
-    """State with the residual before the run: signals that disagreed then have another defect."""
-    return Contradiction(where(run.seconds > 0.0, old.start, absolute(old.far)), residual, old.seconds)
+    now: dict[str, Scalar]
+    runs: dict[str, EqualValues]
 
 
 @dataclass(frozen=True)
@@ -265,12 +141,6 @@ class StuckSignals:
         turn: Scalar
         misfit_seconds: Scalar
 
-    def __post_init__(self) -> None:
-        if not self.names or len(set(self.all_names)) < len(self.all_names):
-            raise ParameterError(f"names are {self.names}, beside {self.beside}; expected one or more, each once")
-        if not self.sample_time > 0.0:
-            raise ParameterError(f"sample_time is {self.sample_time}; expected a time greater than zero [s]")
-
     @property
     def Sample(self) -> type:
         """All signals by name, those checked before those that serve as evidence."""
@@ -288,28 +158,23 @@ class StuckSignals:
 
     @property
     def rates(self) -> tuple[tuple[str, str], ...]:
-        """(rate, angle) pairs that are present."""
         return tuple(pair for pair in RATES if self._has(pair))
 
     @property
     def turns(self) -> tuple[str, ...]:
-        """Signals that a turn can contradict."""
         return tuple(name for name in TURN if name in self.names) if self._has(TURN) else ()
 
     @property
     def steered(self) -> tuple[str, ...]:
-        """Steering angles that bends can contradict."""
         return tuple(name for name in STEERED if name in self.names) if self._has(TURN) else ()
 
     @property
     def speeds(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
-        """(speed, others) that are present."""
         there = ((name, tuple(each for each in others if each in self.all_names)) for name, others in SAME_SPEED)
         return tuple((name, others) for name, others in there if name in self.names and others)
 
     @property
     def followers(self) -> tuple[tuple[str, str, float], ...]:
-        """(signal, other, share) that are present."""
         return tuple(entry for entry in FOLLOWED if entry[0] in self.names and self._has(entry[:2]))
 
     def _has(self, names: tuple[str, ...]) -> bool:
@@ -336,7 +201,7 @@ class StuckSignals:
         )
         turn = self._turn(state.turn, now)
         misfit = state.misfit_seconds + self._misfit(turn, runs)
-        contradictions, stuck = self._contradicted(state, now, runs, offsets, turn)
+        contradictions, stuck = self._contradicted(state, Seen(now, runs), offsets, turn)
         for name in self.names:
             alone = self._rests_alone(runs[name], moves[name], name)
             found = either(alone, stuck.get(name, 0.0))
@@ -353,7 +218,9 @@ class StuckSignals:
         fast = any_of(0.0, *(both(absolute(now[name]) > self.moving, before[name].stuck < 0.5) for name in speeds))
         forces = [name for name in self.all_names if not is_moved(name) and not is_ordered(name)]
         forces = [name for name in forces if name not in SPEEDS]
-        changing = {name: where(is_changing(before[name], now[name], self.jitter), 1.0, 0.0) for name in forces}
+        changing = {
+            name: where(both(present(now[name]), before[name].seconds < self.jitter), 1.0, 0.0) for name in forces
+        }
         there = sum((where(present(now[name]), 1.0, 0.0) for name in forces), 0.0)
         moves = {}
         for name in self.all_names:
@@ -403,48 +270,119 @@ class StuckSignals:
         return where(both(alive, absolute(turn) > self.turn), self.sample_time, 0.0)
 
     def _contradicted(
-        self, state: State, now: dict[str, Scalar], runs: dict[str, EqualValues], offsets: tuple[Scalar, ...], turn: Any
+        self, state: State, seen: Seen, offsets: tuple[Scalar, ...], turn: Scalar
     ) -> tuple[tuple[Contradiction, ...], dict[str, Scalar]]:
         """States of all comparisons after one sample, and whether each signal is contradicted."""
+        now, runs = seen
         pairs: list[tuple[str, Contradiction, Scalar, Scalar]] = []
         old = iter(state.contradictions)
         for offset, (rate, angle) in zip(offsets, self.rates, strict=True):
-            pairs.append((rate, *rate_beside_angle(self, next(old), now, runs, rate, angle, offset), 0.0))
-            pairs.append((angle, *angle_beside_rate(self, next(old), now, runs, rate, angle, offset), 0.0))
+            pairs.append((rate, *self._rate_beside_angle(next(old), seen, rate, angle, offset), 0.0))
+            pairs.append((angle, *self._angle_beside_rate(next(old), seen, rate, angle, offset), 0.0))
         for name in self.turns:
             trusted = state.misfit_seconds < self.misfit * runs[name].seen
             shows = absolute(now["yaw_rate"]) > self.yaw_rate if name == "vehicle_speed" else 1.0
-            pairs.append((name, *beside_turn(self, next(old), runs[name], turn, both(trusted, shows)), 0.0))
+            memory = _agreed(next(old), runs[name], turn)
+            apart = both(absolute(turn) > self.turn, memory.start < AGREED * self.turn)
+            pairs.append((name, memory, all_of(runs[name].seconds > self.delay, apart, both(trusted, shows)), 0.0))
         for name, others in self.speeds:
-            pairs.append((name, *speed_beside_others(self, next(old), now, runs, name, others), 0.0))
+            pairs.append((name, *self._speed_beside_others(next(old), seen, name, others), 0.0))
         for name, other, share in self.followers:
-            followed = beside_followed(self, next(old), now[other], runs[name], runs[other], share)
+            followed = self._beside_followed(next(old), seen, name, other, share)
             pairs.append((name, *followed, 3.0 * runs[name].longest))
         for name in self.steered:
-            bend = bend_of(*(now[other] for other in TURN))
-            pairs.append((name, *angle_beside_bends(self, next(old), runs[name], bend), 0.0))
+            pairs.append(
+                (name, *self._angle_beside_bends(next(old), runs[name], _bend(*(now[each] for each in TURN))), 0.0)
+            )
         after: list[Contradiction] = []
         found: dict[str, Scalar] = {}
         for name, memory, violated, least in pairs:
             seconds = where(violated, minimum(memory.seconds + self.sample_time, 2.0 * self.delay), 0.0)
             after.append(memory._replace(seconds=seconds))
-            run = runs[name]
-            enough = both(run.seconds > maximum(self.shortest, least), seconds > self.delay)
+            enough = both(runs[name].seconds > maximum(self.shortest, least), seconds > self.delay)
             found[name] = either(found.get(name, 0.0), enough)
         return tuple(after), found
+
+    def _rate_beside_angle(
+        self, old: Contradiction, seen: Seen, rate: str, angle: str, offset: Scalar
+    ) -> tuple[Contradiction, Scalar]:
+        """Test of a constant rate: its angle changes by something else than the integral of the rate."""
+        run, now = seen.runs[rate], seen.now[angle]
+        since = run.seconds - self.delay
+        start = where(both(present(now), since < 0.0), now, old.start)
+        apart = absolute(now - start - (run.value - offset) * since)
+        return Contradiction(start, 0.0, old.seconds), self._beyond(apart, since, seen, rate, angle, other=angle)
+
+    def _angle_beside_rate(
+        self, old: Contradiction, seen: Seen, rate: str, angle: str, offset: Scalar
+    ) -> tuple[Contradiction, Scalar]:
+        """Test of a constant angle: the integral of its rate departs from zero."""
+        since, there = seen.runs[angle].seconds - self.delay, both(present(seen.now[rate]), present(seen.now[angle]))
+        way = where(since < 0.0, 0.0, old.far + where(there, self.sample_time * (seen.now[rate] - offset), 0.0))
+        beyond = self._beyond(absolute(way), since, seen, rate, angle, other=rate)
+        return Contradiction(0.0, way, old.seconds), beyond
+
+    def _beyond(self, apart: Scalar, since: Scalar, seen: Seen, rate: str, angle: str, other: str) -> Scalar:
+        """Whether rate and angle differ by more than their steps and offsets explain; `other` is not the one tested."""
+        runs = seen.runs
+        # The error of a coarse rate grows with time, that of a coarse angle does not.
+        allowed = self.angle + STEPS * runs[angle].step + (self.drift + STEPS * runs[rate].step) * since
+        return all_of(since > 0.0, runs[other].stuck < 0.5, apart > allowed)
+
+    def _angle_beside_bends(self, old: Contradiction, run: EqualValues, bend: Scalar) -> tuple[Contradiction, Scalar]:
+        """Test of a constant steering angle: the car turns to one side and then to the other; `bend` [m/s^2]."""
+        early = run.seconds < self.delay
+        least, most = where(early, bend, minimum(old.start, bend)), where(early, bend, maximum(old.far, bend))
+        passed = all_of(negated(early), least < -self.turn, most > self.turn)
+        return Contradiction(least, most, old.seconds), passed
+
+    def _speed_beside_others(
+        self, old: Contradiction, seen: Seen, name: str, others: tuple[str, ...]
+    ) -> tuple[Contradiction, Scalar]:
+        """Test of a constant speed: all others differ from it; a wheel at zero is excluded, since it may be locked."""
+        run, nearest = seen.runs[name], math.inf
+        for other in others:
+            apart = where(seen.runs[other].stuck < 0.5, run.value - seen.now[other], math.inf)
+            nearest = where(absolute(apart) < absolute(nearest), apart, nearest)
+        known = present(nearest)
+        memory = _agreed(old, run, where(known, nearest, old.far))
+        most = self.speed + self.slip * absolute(run.value - where(known, nearest, 0.0))
+        free = 1.0 if name == "vehicle_speed" else absolute(run.value) > 0.0
+        parted = all_of(known, absolute(nearest) > most, memory.start < AGREED * most)
+        return memory, all_of(run.seconds > self.delay, parted, free)
+
+    def _beside_followed(
+        self, old: Contradiction, seen: Seen, name: str, followed: str, share: float
+    ) -> tuple[Contradiction, Scalar]:
+        """Test of a constant signal: a signal that it follows passes over a large share of its own range."""
+        other, beside = seen.now[followed], seen.runs[followed]
+        early, there = seen.runs[name].seconds < self.delay, present(other)
+        least = where(there, where(early, other, minimum(old.start, other)), old.start)
+        most = where(there, where(early, other, maximum(old.far, other)), old.far)
+        ranged = most - least > share * (beside.high - beside.low)
+        passed = all_of(negated(early), beside.stuck < 0.5, beside.seen > self.learning, ranged)
+        return Contradiction(least, most, old.seconds), passed
+
+
+def _bend(acceleration: Scalar, yaw: Scalar, speed: Scalar) -> Scalar:
+    """Lateral acceleration on which both signals of a turn agree; 0 if they disagree or one is missing [m/s^2].
+
+    It keeps its sign when the car rolls backwards, and ignores a spike of one signal.
+    """
+    turned = yaw * speed
+    agree = all_of(present(acceleration), present(turned), acceleration * turned > 0.0)
+    size = minimum(absolute(acceleration), absolute(turned))
+    return where(agree, where(acceleration > 0.0, size, -size), 0.0)
+
+
+def _agreed(old: Contradiction, run: EqualValues, residual: Scalar) -> Contradiction:
+    """State with the residual before the run: signals that disagreed then have another defect."""
+    return Contradiction(where(run.seconds > 0.0, old.start, absolute(old.far)), residual, old.seconds)
 
 
 @lru_cache
 def _sample(names: tuple[str, ...]) -> type:
     return named_tuple("Signals", [(name, float) for name in names])
-
-
-# Rate at which signals are checked [Hz]: enough, since a stuck signal repeats its value in every sample, and cheap even
-# beside a monitor at 10 kHz
-RATE = 20.0
-
-MAXIMUM_AGE = 0.1  # Age from which a sample counts as missing [s], as in most monitors
-NAMED = 3  # Most spans of one signal that a warning lists; further ones are counted
 
 
 @dataclass(frozen=True)
@@ -456,99 +394,3 @@ class Stuck:
     found: float  # time of the detection [s]
     end: float | None  # time of the next change [s]; None if there is none
     value: float  # value of the stuck signal [unit of the signal]
-
-
-class StuckOverDrive:
-    """Checks the input signals of a monitor; the result does not depend on how the recording is cut into pieces.
-
-    Args:
-        names: input signals of the monitor; only canonical signals are checked
-        rate: rate of the monitor's grid [Hz]
-    """
-
-    def __init__(self, names: Collection[str], rate: float, passed_on: Collection[str] = ()):
-        self.names = tuple(name for name in names if name in SIGNALS)
-        self.beside = witnesses(self.names)
-        self.passed_on = frozenset(passed_on)
-        self._stride = Stride(max(round(rate / RATE), 1))
-        self._rate = rate / self._stride.step
-        self._block = StuckSignals(self.names, self.beside, 1.0 / self._rate) if self.names else None
-        self._scanner = Scanner(self._block) if self._block else None
-        self._memory: Memory | None = None
-        self._flags = np.zeros(len(self.names), bool)
-        self._open: dict[str, Stuck] = {}
-        self._closed: list[Stuck] = []
-
-    def without(self, aligned: Aligned, recording: Recording) -> Aligned:
-        """Next samples of the monitor with NaN where a signal is stuck."""
-        watched = self._stride.over(len(aligned.time))
-        if self._block is None:
-            return aligned
-        kept = aligned.time[watched]
-        # Row 0 is the state at the end of the previous piece, for samples before the first one that is checked here.
-        flags = np.empty((len(kept) + 1, len(self.names)), bool)
-        flags[0] = self._flags
-        if len(kept):
-            flags[1:] = self._watch(kept, recording)
-            self._flags = flags[-1]
-        if not flags.any():
-            return aligned
-        place = (np.arange(len(aligned.time)) - watched.start) // watched.step + 1
-        values = aligned.values.copy()
-        for column, name in enumerate(self.names):
-            if name in aligned.names and name not in self.passed_on:
-                values[flags[place, column], aligned.names.index(name)] = np.nan
-        return replace(aligned, values=values)
-
-    def spans(self) -> tuple[Stuck, ...]:
-        """Spans in which signals were stuck, in the order of time."""
-        return tuple(sorted((*self._closed, *self._open.values()), key=lambda each: (each.start, each.name)))
-
-    def lasting(self) -> Mapping[str, Stuck]:
-        """Signals that are still stuck, by name."""
-        return dict(self._open)
-
-    def facts(self, units: Mapping[str, str]) -> tuple[Fact, ...]:
-        """Stuck signals with their spans and values, each with the remedy where it was removed."""
-        found = []
-        for name in dict.fromkeys(each.name for each in self.spans()):
-            times = [each for each in self.spans() if each.name == name]
-            listed = ", ".join(_when(each, units.get(name, "")) for each in times[:NAMED])
-            others = len(times) - NAMED
-            more = "" if others < 1 else " and once more" if others == 1 else f" and {others} more times"
-            passed = name in self.passed_on
-            used = "other signals show that it should have moved" if passed else "not used there"
-            cause = f"{name} is stuck {listed}{more}: {used}; check the sensor and its messages"
-            spans = f"{', '.join(map(_span, times[:NAMED]))}{' and later' * (others > 0)}"
-            action = "" if passed else f"repair or check {name}: it was stuck {spans}"
-            found.append(Fact("stuck", cause, action=action, rests_on=(name,)))
-        return tuple(found)
-
-    def _watch(self, kept: np.ndarray, recording: Recording) -> np.ndarray:
-        """Whether each signal is stuck at the given times, (times, signals); also updates the spans."""
-        assert self._block is not None
-        stop = float(kept[-1]) + 0.5 / self._rate
-        seen = recording.align(
-            self._block.all_names, self._rate, maximum_age=MAXIMUM_AGE, start=float(kept[0]), stop=stop
-        )
-        assert self._scanner is not None
-        result = self._scanner.scan(seen, self._memory)
-        self._memory = result.state
-        flags = result.values > 0.0
-        before = np.vstack([self._flags, flags[:-1]])
-        for at, column in np.argwhere(flags != before).tolist():
-            name, time = self.names[column], float(kept[at])
-            if flags[at, column]:
-                value = float(seen.values[at, column])
-                self._open[name] = Stuck(name, time - float(result.values[at, column]), time, None, value)
-            else:
-                self._closed.append(replace(self._open.pop(name), end=time))
-        return flags
-
-
-def _span(each: Stuck) -> str:
-    return f"from {each.start:.1f} s {'on' if each.end is None else f'to {each.end:.1f} s'}"
-
-
-def _when(each: Stuck, unit: str) -> str:
-    return f"at {in_words(each.value, unit, 4)} {_span(each)}"
