@@ -12,8 +12,7 @@ from exported_c import WARNINGS
 from random_programs import Made
 from tierod.core.graph.operations import Program
 from tierod.core.graph.trace import Graph
-from tierod.export.c_export import monitor_files
-from tierod.export.c_test import comparing_program
+from tierod.export.c_export import comparing_program, monitor_files
 from tierod.export.interface import Interface, Options
 from tierod.export.simplification import growth_first, simplified
 from tierod.export.subject import Described, Subject

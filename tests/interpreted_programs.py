@@ -9,7 +9,7 @@ import numpy as np
 
 from random_programs import Made
 from tierod.core.graph.operations import NEXT_STATE, PUSH, RING, SAMPLE, STATE, TUNING, Program
-from tierod.export.storage import added, is_own
+from tierod.export.interface import added, is_own
 
 
 class Interpreter:

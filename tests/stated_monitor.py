@@ -12,7 +12,7 @@ from tierod.core.facts import Fact, Verdict
 from tierod.core.findings import Element, Status
 from tierod.core.graph.maths import floor
 from tierod.core.recording import Channel, Recording
-from tierod.core.statement import STATUSES, Statement
+from tierod.core.statuses import STATUSES, Statement
 from tierod.monitors.session import BlockSession, Conclusion, Monitor, Variant
 
 BASE = 10.0

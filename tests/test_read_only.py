@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from blocks_of_graph import Everything
-from tierod.core import arrow
+from tierod.core import frames as arrow
 from tierod.core.decimation import Decimator
 from tierod.core.graph import batch, scan
 from tierod.core.graph.runtime import Memory

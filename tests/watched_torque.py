@@ -5,7 +5,7 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.block import Ring, Scalar
 from tierod.core.graph.maths import both, exp, present, where
-from tierod.core.statement import Statement
+from tierod.core.statuses import Statement
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ sys.exit(main(sys.argv[1:]))
 
 OTHER = """
 import importlib.metadata, sys
-from tierod.core import lab
+from tierod.core import plugins as lab
 lab.__version__ = "99.0"
 from tierod.cli import main
 sys.exit(main(sys.argv[1:]))

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from tierod.core.errors import InputError, MissingExtra
 from tierod.core.findings import Diagnosis, Element, Estimate, Finding, Status
 from tierod.core.recording import Channel, Recording, checked
-from tierod.core.series import Stride
-from tierod.core.timestamps import LATE, order, paced
+from tierod.core.series import LATE, Stride, order, paced
 from tierod.vehicles import load
 
 

@@ -20,7 +20,7 @@ from tierod.monitors.runner import find
 from tierod.monitors.session import opened
 from tierod.monitors.uncertainty import Uncertain
 from tierod.vehicles import Vehicle, load
-from tierod.vehicles.uncertain import WatchedParameters, may_move
+from tierod.vehicles.classes import WatchedParameters, may_move
 from tierod_lab.ground import drive as driven
 from tierod_lab.papers.own_car.brochure import brochure_car
 

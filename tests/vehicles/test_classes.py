@@ -8,9 +8,8 @@ import pytest
 
 from tierod.core.errors import ParameterError
 from tierod.vehicles import QUANTITIES, VEHICLES, load, shipped
-from tierod.vehicles.classes import Known, class_of, classes, typical
-from tierod.vehicles.draft import begun, known_from
-from tierod.vehicles.uncertain import bound_distance, in_words, moved, with_spread
+from tierod.vehicles.classes import Known, bound_distance, class_of, classes, in_words, moved, typical, with_spread
+from tierod.vehicles.writer import begun, known_from
 
 
 @pytest.mark.parametrize("kind", classes())

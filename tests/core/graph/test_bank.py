@@ -10,7 +10,7 @@ from bank_of_graph import HighestJudge, Lane, Marked, Pair, bank, ringed
 from tierod.core.block import leaves
 from tierod.core.errors import TraceError
 from tierod.core.graph import KEEP, Bank, JudgeSample, Stream, Verdict, batch, maths, scan, trace
-from tierod.core.graph.state import flat_memory
+from tierod.core.graph.trace import flat_memory
 
 
 @pytest.fixture

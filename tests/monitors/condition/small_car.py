@@ -11,8 +11,8 @@ import numpy as np
 
 from tierod.core.recording import Channel, Recording
 from tierod.vehicles.classes import Known
-from tierod.vehicles.draft import begun
 from tierod.vehicles.vehicle import Vehicle
+from tierod.vehicles.writer import begun
 
 STEP = 0.002
 """Step of the integration [s]."""

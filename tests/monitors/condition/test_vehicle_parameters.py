@@ -12,7 +12,7 @@ from tierod.monitors.condition.limits import aligned
 from tierod.monitors.condition.parameters import FREE, Point, Search, WhitenedInnovations, _free, calibrate
 from tierod.monitors.condition.vehicle_filter import SENSOR_NOISE, LeaveOutFilter
 from tierod.vehicles import load
-from tierod.vehicles.catalogue import QUANTITIES
+from tierod.vehicles.vehicle import QUANTITIES
 from tierod_lab.papers.condition.drives import Drive, calibration_drives
 from tierod_lab.papers.condition.recorded import recorded
 from tierod_lab.papers.condition.vehicles import vehicle

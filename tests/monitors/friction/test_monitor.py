@@ -8,7 +8,7 @@ import pytest
 from monitors.friction.study_drives import signals
 from tierod.core.findings import Status
 from tierod.core.graph import scan
-from tierod.core.statement import STATUSES
+from tierod.core.statuses import STATUSES
 from tierod.monitors.friction.definition import FrictionMonitor
 from tierod.vehicles import load
 

@@ -6,7 +6,7 @@ import pytest
 from tierod.core.facts import assemble
 from tierod.core.findings import Status
 from tierod.core.graph import scan
-from tierod.core.statement import STATUSES
+from tierod.core.statuses import STATUSES
 from tierod.monitors.friction.facts import FrictionRun, verdict_of_run
 from tierod.monitors.friction.verdict import FrictionLimits, FrictionVerdict
 

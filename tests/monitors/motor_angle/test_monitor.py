@@ -11,7 +11,7 @@ from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, MONITOR, alarms_o
 from said import estimated, said
 from tierod.core.findings import Status
 from tierod.core.graph import scan
-from tierod.core.statement import code_of
+from tierod.core.statuses import code_of
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.monitors.motor_angle.alarms import ALARMS
 from tierod_lab.papers.motor_angle.bench import RATE, drive

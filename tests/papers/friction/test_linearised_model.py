@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from models.friction_paper import CAR
-from tierod.core.graph.derivatives import jacobian
+from tierod.core.graph.analysis import jacobian
 from tierod.models.friction_estimation import FrictionEstimation
 from tierod.physics.friction import smooth_sign_slope
 from tierod.physics.steering_ratio import variable_ratio, variable_ratio_slope

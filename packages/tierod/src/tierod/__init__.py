@@ -114,7 +114,7 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     if name in _LAB:
-        from tierod.core.lab import part
+        from tierod.core.plugins import part
 
         globals()[name] = part(name, f"tierod.{name}")
         return globals()[name]
@@ -128,6 +128,6 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    from tierod.core.lab import installed
+    from tierod.core.plugins import installed
 
     return sorted([*__all__, *(_LAB if installed() else ())])

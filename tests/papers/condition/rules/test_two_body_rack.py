@@ -9,7 +9,7 @@ from scipy.linalg import expm
 
 from monitors.condition.demonstrator import CAR
 from tierod.core.errors import ParameterError
-from tierod.core.graph.derivatives import jacobian
+from tierod.core.graph.analysis import jacobian
 from tierod.models.linear import discretise
 from tierod_lab.papers.condition.rules.rack import StiffRack, TwoBodyRack, discretise_stiff
 

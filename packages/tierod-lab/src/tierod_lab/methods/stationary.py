@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tierod.core.block import Tree, rebuild
+from tierod.core.block import Model, Tree, rebuild, require_discrete
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import where
-from tierod.core.model import Model, require_discrete
 from tierod.methods.estimators.linear_algebra import diagonal, order, upper
 from tierod.methods.estimators.observers import Luenberger, observe
 from tierod.methods.estimators.riccati import stationary_gain

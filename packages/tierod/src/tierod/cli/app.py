@@ -20,7 +20,7 @@ from typing import Any, TextIO
 
 from tierod.cli.streams import abandon_output, complain
 from tierod.cli.terminal import spell_what_cannot_be_shown, visible
-from tierod.core import lab
+from tierod.core import plugins as lab
 from tierod.core.errors import KernelWarning, PluginWarning, TierodError, lacks_memory, nearest
 
 HEALTHY, FAULT, NOT_JUDGED, BAD_INPUT, DEFECT, INTERRUPTED, UNHEARD = 0, 1, 2, 3, 4, 130, 141

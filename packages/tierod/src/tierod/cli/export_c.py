@@ -142,7 +142,7 @@ def _write_evidence(face: Interface, car: Vehicle, drive: str | None, output: Pa
 
 def inputs_of(subject: Subject, car: Vehicle, drive: str | None, steps: int) -> tuple[np.ndarray, str]:
     """Inputs of a monitor, if possible for at least the given number of steps, and their origin in words."""
-    from tierod.core import lab
+    from tierod.core import plugins as lab
     from tierod.export.vectors import SEED, inputs_from, random_inputs
 
     name = drive or (DRIVES.get(subject.monitor) if lab.installed() else None)

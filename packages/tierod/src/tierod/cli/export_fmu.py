@@ -64,7 +64,7 @@ def _monitor(name: str, vehicle: str | None, variant: str | None) -> Model:
 
 
 def _of_scenario(what: str, name: str | None) -> Model:
-    from tierod.core.lab import part
+    from tierod.core.plugins import part
 
     if name is None:
         raise ParameterError(f"the unit '{what}' needs a scenario; name it with --scenario")

@@ -9,7 +9,7 @@ import typer
 
 from tierod.cli.terminal import output, print_json, print_remark, show
 from tierod.core.errors import InputError, ParameterError
-from tierod.core.lab import part
+from tierod.core.plugins import part
 
 if TYPE_CHECKING:
     from tierod.diagnosis.fault_memory import FaultMemory

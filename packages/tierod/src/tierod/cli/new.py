@@ -39,7 +39,7 @@ def new(
     from tierod.core.errors import OutputError, ParameterError
     from tierod.core.files import require_folder, write_text
     from tierod.vehicles import QUANTITIES, load
-    from tierod.vehicles.draft import begun, known_from, text_of
+    from tierod.vehicles.writer import begun, known_from, text_of
 
     if file.suffix != ".toml" or "=" in file.name:
         raise OutputError(

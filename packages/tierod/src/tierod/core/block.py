@@ -28,6 +28,8 @@ from typing import (
 
 from typing_extensions import TypeVar  # supports defaults: a bare `Block` is a block of anything
 
+from tierod.core.errors import ParameterError
+
 Scalar: TypeAlias = float  # A number inside a block: a float, or a symbol while the block is traced
 
 # A condition: True or 1.0 where it holds, False or 0.0 where not; a comparison of two `Scalar` gives one
@@ -259,3 +261,34 @@ def _as_meant(value: object, hint: object) -> object:
 
 
 _UNIONS = (Union, UnionType)
+
+
+Model: TypeAlias = Any  # The class of a model; the shapes of any model are known only at run time, as those of a `Tree`
+
+
+def require_discrete(model: Model) -> None:
+    if hasattr(model, "transition"):
+        return
+    name = getattr(model, "__name__", repr(model))
+    if hasattr(model, "derivative"):
+        raise ParameterError(
+            f"{name} is a continuous model and a filter steps in samples; "
+            "give tierod.models.linear.discretise(model, method) instead"
+        )
+    raise ParameterError(f"{name} has no function `transition`; a filter needs a discrete model")
+
+
+def require_continuous(model: Model) -> None:
+    if not hasattr(model, "derivative"):
+        raise ParameterError(f"{model.__name__} has no function `derivative`; only a continuous model is discretised")
+
+
+def model_like(model: Model, name: str, meaning: str, **changed: Any) -> Model:
+    """The class of a model with the shapes of another one, where they are not changed, and with its own equations.
+
+    Args:
+        model: the other model; its equations are not taken over
+    """
+    shapes = {part: getattr(model, part) for part in ("State", "Input", "Output", "Parameters")}
+    members = {part: value if isinstance(value, type) else staticmethod(value) for part, value in changed.items()}
+    return type(name, (), {"__doc__": meaning, "__module__": model.__module__, **shapes, **members})

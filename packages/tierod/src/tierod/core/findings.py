@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from tierod.core.screen import Screen
-from tierod.core.shown import in_words
+from tierod.core.shown import Screen, in_words
 from tierod.core.statuses import Status as Status
 from tierod.core.statuses import worst
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from enum import StrEnum
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
+
+from tierod.core.block import Scalar
 
 # Style in a terminal of each colour; on a page the colour is a CSS class, whose values `tokens.css` holds
 COLOURS: Mapping[str, str] = {"good": "bold green", "watch": "bold yellow", "bad": "bold red", "open": "bold cyan"}
@@ -135,3 +137,28 @@ SEVERITY: tuple[Status, ...] = tuple(_LOOKS)
 def worst(statuses: Iterable[Status]) -> Status:
     """The worst of some statuses, independent of their order; "not available" where there are none."""
     return min(statuses, key=SEVERITY.index, default=Status.NOT_AVAILABLE)
+
+
+# All statuses; the code of a status is its index here, the same for all monitors
+STATUSES: tuple[Status, ...] = tuple(Status)
+
+
+def code_of(status: Status) -> float:
+    """The code of a status inside a block."""
+    return float(STATUSES.index(status))
+
+
+class Statement(NamedTuple):
+    """Statement of a monitor about one sensor, actuator or quantity at one sample."""
+
+    status: Annotated[Scalar, ""]  # code in `STATUSES`
+    # time from the start of the run at which the evidence for the status began; negative where it holds throughout or
+    # is not known
+    since: Annotated[Scalar, "s"]
+    # number of the kind of fault in the monitor's catalogue of kinds; 0 where there is none, or it is not identifiable
+    kind: Annotated[Scalar, ""]
+    # fault magnitude, or the estimate itself where the monitor estimates one quantity, in the unit that the monitor
+    # declares for the kind; 0 where there is none, since no block may hold a NaN constant
+    magnitude: Annotated[Scalar, ""]
+    deviation: Annotated[Scalar, ""]  # standard deviation of the magnitude, in its unit; 0 where there is none
+    evidence: Annotated[Scalar, ""]  # decision statistic relative to its threshold: the decision falls at 1

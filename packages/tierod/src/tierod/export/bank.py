@@ -12,8 +12,7 @@ from tierod.core.block import values_of
 from tierod.core.errors import TraceError
 from tierod.core.graph.bank import BankGraph
 from tierod.core.graph.operations import OUTPUT, SAMPLE, TUNING, Program, program
-from tierod.core.graph.state import initial_program
-from tierod.core.graph.trace import Graph
+from tierod.core.graph.trace import Graph, initial_program
 from tierod.export.c_header import HASH, declared, outer_structs, rows_of, state_rows, struct, template
 from tierod.export.c_source import assembled, braced, constants, initial, parameter_rows, prepare, step
 from tierod.export.interface import Interface

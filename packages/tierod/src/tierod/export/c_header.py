@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from tierod.core.findings import Status
-from tierod.core.statement import STATUSES
+from tierod.core.statuses import STATUSES
 from tierod.export.interface import Interface
 from tierod.export.subject import Described, Member, identifier
 

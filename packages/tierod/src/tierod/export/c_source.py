@@ -8,10 +8,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from tierod.core.graph.c_functions import definitions
 from tierod.core.graph.operations import OUTPUT, PUSH, Program, drop_unused, is_constant
 from tierod.export.c_header import banner, comment, declared, index_type, note, reason_name, reasons
-from tierod.export.cut_printer import CutPrinter
-from tierod.export.interface import PARAMETER, Interface, Spelling
-from tierod.export.statements import Body, Gathered, Group, Reach
-from tierod.export.storage import Clock
+from tierod.export.cut_printer import Body, CutPrinter, Gathered, Group, Reach
+from tierod.export.interface import PARAMETER, Clock, Interface, Spelling
 from tierod.export.subject import Described, Member
 
 _OF_TWO = ("atan2", "pow", "hypot")

@@ -14,7 +14,7 @@ from tierod.core.errors import InputError
 from tierod.core.fields import ANY, Range, numbers
 from tierod.core.graph.operations import OUTPUT, SAMPLE, TUNING, Program
 from tierod.core.signals import SIGNALS
-from tierod.core.statement import STATUSES
+from tierod.core.statuses import STATUSES
 from tierod.core.units import dimensions
 from tierod.core.version import __version__
 from tierod.export.c_header import plain

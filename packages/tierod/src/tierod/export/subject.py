@@ -18,7 +18,7 @@ from tierod.core.block import Ring, tuning, values_of
 from tierod.core.errors import ParameterError
 from tierod.core.fields import Meaning, below, hints
 from tierod.core.graph import trace
-from tierod.core.graph.state import BankState
+from tierod.core.graph.trace import BankState
 from tierod.core.signals import SIGNALS
 from tierod.core.version import __version__
 from tierod.monitors.diagnose import usual_monitor

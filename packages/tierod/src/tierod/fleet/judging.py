@@ -12,7 +12,7 @@ import numpy as np
 from tierod.core.errors import InputError
 from tierod.core.findings import Element, Episode, Finding, Trace
 from tierod.core.recording import Recording
-from tierod.core.timestamps import CALENDAR
+from tierod.core.series import CALENDAR
 from tierod.core.version import __version__
 from tierod.fleet.likeness import TEMPERATURE, Moments
 from tierod.fleet.schema import WHOLE

@@ -16,9 +16,9 @@ from functools import cache
 from pathlib import Path, PurePosixPath
 from typing import IO, TYPE_CHECKING, Any
 
-from tierod.core.arrow import native_file
 from tierod.core.errors import InputError, ParameterError, TierodError
 from tierod.core.files import sha256_of, text_of
+from tierod.core.frames import native_file
 from tierod.fleet import levels, schema
 from tierod.fleet.fleet_file import Assigned, Fleet
 from tierod.fleet.judging import Asked, Judgement, TooShort, chunk, judge

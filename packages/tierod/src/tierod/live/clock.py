@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.core.timestamps import CALENDAR
+from tierod.core.series import CALENDAR
 from tierod.io.readers.frames import Frames, identifier_text, messages
 
 

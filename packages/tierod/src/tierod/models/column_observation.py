@@ -8,9 +8,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.core.block import Tree, named_tuple, skeleton, units
+from tierod.core.block import Model, Tree, named_tuple, skeleton, units
 from tierod.core.errors import ParameterError, nearest
-from tierod.core.model import Model
 from tierod.models.linear import LinearSystem, Matrices, as_model, linearise, sampled
 from tierod.models.steering_column import ColumnInput, ColumnOutput
 

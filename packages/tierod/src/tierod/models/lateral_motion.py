@@ -10,10 +10,9 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import Annotated, Any, NamedTuple, get_type_hints
 
-from tierod.core.block import Scalar, Tree, named_tuple
+from tierod.core.block import Model, Scalar, Tree, named_tuple
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.graph.maths import absolute, cos, exp, limit, maximum, sin, where
-from tierod.core.model import Model
 from tierod.models.lateral_parameters import (
     OF_STEERING,
     UNKNOWNS,

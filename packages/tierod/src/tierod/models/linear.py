@@ -11,10 +11,9 @@ from typing import Annotated, Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tierod.core.block import Scalar, Tree, leaves, rebuild, skeleton, values_of
+from tierod.core.block import Model, Scalar, Tree, leaves, model_like, rebuild, require_continuous, skeleton, values_of
 from tierod.core.errors import ParameterError, nearest
-from tierod.core.graph.derivatives import jacobian
-from tierod.core.model import Model, model_like, require_continuous
+from tierod.core.graph.analysis import jacobian
 
 Derivative = Callable[[Tree], Tree]
 

@@ -24,9 +24,8 @@ from tierod.monitors.acceptance import Readiness, refusals, vehicle_named_in
 from tierod.monitors.registry import MONITORS
 from tierod.monitors.session import Monitor, Variant
 from tierod.vehicles import QUANTITIES, Parameter, Vehicle, load, shipped
-from tierod.vehicles.classes import typical
+from tierod.vehicles.classes import is_guess, may_move, typical
 from tierod.vehicles.reading import read_by
-from tierod.vehicles.uncertain import is_guess, may_move
 from tierod.vehicles.vehicle import Parameters
 
 GUESSED = 0.03

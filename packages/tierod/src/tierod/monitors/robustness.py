@@ -14,7 +14,7 @@ from tierod.core.shown import in_words as value_in_words
 from tierod.core.shown import shown, written
 from tierod.monitors.session import Conclusion
 from tierod.monitors.uncertainty import SMALLEST, Effects
-from tierod.vehicles.uncertain import may_move
+from tierod.vehicles.classes import may_move
 from tierod.vehicles.vehicle import SHIPPED, Vehicle
 
 REACH = 2.0  # Standard deviations from an estimate to the end of its 95 % band [-]

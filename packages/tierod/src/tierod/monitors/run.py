@@ -38,7 +38,7 @@ from tierod.monitors.session import (
 )
 from tierod.monitors.uncertainty import Lanes, Uncertain
 from tierod.vehicles import Vehicle
-from tierod.vehicles.uncertain import in_words
+from tierod.vehicles.classes import in_words
 
 if TYPE_CHECKING:
     from tierod.monitors.memory import MemoryFeed, SampleDigest

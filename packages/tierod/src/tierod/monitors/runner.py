@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
-from tierod.core import lab
+from tierod.core import plugins as lab
 from tierod.core.block import Block
 from tierod.core.errors import InputError, ParameterError, nearest
 from tierod.core.findings import Diagnosis

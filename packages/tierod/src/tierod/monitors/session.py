@@ -30,7 +30,7 @@ from tierod.core.findings import Element, Status
 from tierod.core.graph import Memory, Result, Scanner, trace
 from tierod.core.graph.trace import Interface
 from tierod.core.recording import Aligned, Recording
-from tierod.core.statement import STATUSES
+from tierod.core.statuses import STATUSES
 from tierod.monitors.baseline import Baseline
 from tierod.monitors.decision import Decision
 from tierod.monitors.stuck import Stuck

@@ -20,14 +20,14 @@ import numpy as np
 
 from tierod.core.errors import TierodError
 from tierod.core.findings import Estimate
-from tierod.core.graph.lanes import FEWEST, SideBySide
 from tierod.core.graph.printer import LANES
+from tierod.core.graph.runtime import FEWEST, SideBySide
 from tierod.core.graph.trace import Interface
 from tierod.core.recording import Aligned
 from tierod.monitors.baseline import Baseline
 from tierod.monitors.decision import Decision
 from tierod.monitors.session import BlockSession, Conclusion, Monitor, Session, Variant, opened
-from tierod.vehicles.uncertain import BOUND, FREE, WatchedParameters, bound_distance, may_move, moved, with_spread
+from tierod.vehicles.classes import BOUND, FREE, WatchedParameters, bound_distance, may_move, moved, with_spread
 from tierod.vehicles.vehicle import Vehicle
 
 REFUSALS = (TierodError, ArithmeticError, np.linalg.LinAlgError)
@@ -103,7 +103,7 @@ class Uncertain:
 
     Limits of the vehicle file that were designed on its own fault-free drives already contain the error of its
     parameters: a monitor with such limits has no lanes. Neither has a parameter whose spread the monitor includes in
-    its own band (`tierod.vehicles.uncertain.held_deviation`).
+    its own band (`tierod.vehicles.classes.held_deviation`).
 
     Args:
         vehicle: vehicle of the file; parameters without a standard deviation get that of their class

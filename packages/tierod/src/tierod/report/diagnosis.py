@@ -8,8 +8,8 @@ from typing import Any
 
 from tierod.core.content import Facts, Fold, Heading, Item, Table, Verdict
 from tierod.core.findings import Decided, Diagnosis, Element, Episode, Finding, ParameterEffect
+from tierod.core.series import CALENDAR
 from tierod.core.shown import in_words, shown, written
-from tierod.core.timestamps import CALENDAR
 from tierod.monitors.robustness import first_to_measure
 from tierod.report.charts.decisions import decision_figure, design_charts, looks_chart, quiet_figure
 from tierod.report.charts.distributions import histogram_chart, loop_chart

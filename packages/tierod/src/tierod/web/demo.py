@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from tierod.core import lab
+from tierod.core import plugins as lab
 from tierod.io.demo import NAME, copied
 from tierod.web.analysing import Say
 

@@ -14,7 +14,7 @@ from starlette.requests import ClientDisconnect
 
 from tierod.core.errors import InputError
 from tierod.core.files import replacing
-from tierod.core.lab import part
+from tierod.core.plugins import part
 from tierod.web import fleets
 from tierod.web import series as signals
 from tierod.web.errors import Absent

@@ -138,7 +138,7 @@ def site_of(
     limits: Limits | None = None,
 ) -> Site:
     """The site to serve; arguments and errors as in `serve`."""
-    from tierod.core import lab
+    from tierod.core import plugins as lab
     from tierod.vehicles import load
     from tierod.web.demo import folders
     from tierod.web.site import Limits, Root, Site, roots_of

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from tierod.core.lab import part
+from tierod.core.plugins import part
 from tierod.web.analysing import Reading, Say, analyse
 from tierod.web.store import Store
 

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from tierod.core.errors import InputError, ParameterError
-from tierod.core.lab import installed, part
+from tierod.core.plugins import installed, part
 from tierod.core.shown import shown
 from tierod.core.signals import SIGNALS
 from tierod.core.version import __version__

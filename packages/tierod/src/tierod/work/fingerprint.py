@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from tierod.core import lab
+from tierod.core import plugins as lab
 from tierod.core.files import sha256_of
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -89,11 +89,10 @@ def verdict_code() -> str:
 
 @cache
 def installed_code() -> str:
-    """Digest of all code of tierod, and of the packages that add to it by `tierod.core.lab`."""
+    """Digest of all code of tierod, and of the packages that add to it by `tierod.core.plugins`."""
     return fingerprint([contents(root) for root in (ROOT, *lab.folders())])
 
 
 def contents(folder: Path) -> dict[str, str]:
-    """Digest of every source file of a package, by its path in the package."""
     files = sorted(path for path in folder.rglob("*") if path.suffix in (".py", ".c", ".csv"))
     return {path.relative_to(folder).as_posix(): sha256_of(path) for path in files}

@@ -6,10 +6,9 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Annotated, NamedTuple, get_type_hints
 
-from tierod.core.block import Scalar, Tree, named_tuple
+from tierod.core.block import Model, Scalar, Tree, model_like, named_tuple
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import sqrt, where
-from tierod.core.model import Model, model_like
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.linear_algebra import congruence
 from tierod.methods.estimators.shapes import Belief

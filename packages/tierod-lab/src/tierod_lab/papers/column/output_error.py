@@ -11,9 +11,8 @@ import numpy as np
 if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult
 
-from tierod.core.block import Tree, rebuild, skeleton
+from tierod.core.block import Model, Tree, rebuild, skeleton
 from tierod.core.graph import scan
-from tierod.core.model import Model
 from tierod.methods.identification.experiment import Estimate, Experiment, Free, with_values
 from tierod.methods.identification.maximum_likelihood import Simulation
 from tierod.methods.identification.regression import sandwich

@@ -9,8 +9,7 @@ import numpy as np
 
 from tierod.core.graph import Bank, Result, scan
 from tierod.core.recording import Recording
-from tierod.core.statement import code_of
-from tierod.core.statuses import Status
+from tierod.core.statuses import Status, code_of
 from tierod.monitors.condition.definition import condition_monitor
 from tierod.monitors.condition.kinds import KINDS
 from tierod.monitors.condition.limits import NAME, aligned, designed_on, table_of, watch

@@ -8,12 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tierod.core.block import Model
 from tierod.core.claims import Claim, at_most, between
 from tierod.core.content import Heading, Item, Table
 from tierod.core.graph import scan
-from tierod.core.graph.analysis import operation_count
-from tierod.core.graph.derivatives import jacobian
-from tierod.core.model import Model
+from tierod.core.graph.analysis import jacobian, operation_count
 from tierod.models.linear import discretise
 from tierod.vehicles import load
 from tierod_lab.methods.unscented import UnscentedFilter

@@ -12,8 +12,7 @@ import numpy as np
 from tierod.core.block import leaves, skeleton
 from tierod.core.graph import Result, scan
 from tierod.core.recording import Aligned, Recording
-from tierod.core.statement import STATUSES
-from tierod.core.statuses import Status
+from tierod.core.statuses import STATUSES, Status
 from tierod_lab.papers.friction.cases import Case
 from tierod_lab.papers.friction.estimators import BASELINES, DEFAULT, ESTIMATORS, monitor
 from tierod_lab.papers.friction.warping import warped

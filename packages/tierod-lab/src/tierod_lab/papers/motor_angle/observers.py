@@ -9,11 +9,10 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from tierod.core.block import Scalar, Tree, Truth, named_tuple, skeleton
+from tierod.core.block import Model, Scalar, Tree, Truth, named_tuple, skeleton
 from tierod.core.errors import ParameterError
 from tierod.core.fields import POSITIVE
 from tierod.core.graph.maths import both, either, present, select, where
-from tierod.core.model import Model
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.shapes import Belief
 from tierod.models.linear import LinearSystem, Matrices, as_model, discretise, sampled

@@ -9,10 +9,9 @@ from pathlib import Path
 from tierod.core.units import COUNT
 from tierod.methods.identification.motor import MotorIdentification
 from tierod.methods.identification.vehicle import VehicleIdentification
-from tierod.vehicles.catalogue import QUANTITIES
 from tierod.vehicles.classes import Known
-from tierod.vehicles.draft import begun
-from tierod.vehicles.vehicle import Parameter, Vehicle
+from tierod.vehicles.vehicle import QUANTITIES, Parameter, Vehicle
+from tierod.vehicles.writer import begun
 
 SOURCE = "brochure"  # Source of the brochure values in a vehicle file
 

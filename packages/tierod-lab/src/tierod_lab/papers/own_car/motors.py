@@ -15,8 +15,8 @@ from tierod.models.stator_frame_motor import MotorParameters
 from tierod.physics.pm_motor import flux_at
 from tierod.vehicles import load
 from tierod.vehicles.classes import USUAL, rules
-from tierod.vehicles.draft import UNKNOWN
 from tierod.vehicles.vehicle import Vehicle
+from tierod.vehicles.writer import UNKNOWN
 from tierod_lab.papers.motor_angle.bench import ObserverDrive, bench
 from tierod_lab.papers.motor_angle.drawn_motors import Drawn, recording
 from tierod_lab.papers.own_car import brochure

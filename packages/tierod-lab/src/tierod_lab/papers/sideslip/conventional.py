@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from tierod.core.block import Scalar, Tree
-from tierod.core.graph.derivatives import jacobian
+from tierod.core.graph.analysis import jacobian
 from tierod.core.graph.maths import where
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.linear_algebra import congruence

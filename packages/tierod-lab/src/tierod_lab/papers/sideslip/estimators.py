@@ -8,8 +8,8 @@ from functools import cache
 
 import numpy as np
 
+from tierod.core.block import Model
 from tierod.core.graph import Result, scan
-from tierod.core.model import Model
 from tierod.methods.estimators.observers import Luenberger
 from tierod.models.linear import discretise
 from tierod.models.single_track import SingleTrack

@@ -11,8 +11,7 @@ import numpy as np
 from tierod.core.recording import Recording
 from tierod.monitors.sideslip.tuning import BAND
 from tierod.vehicles import Vehicle
-from tierod.vehicles.catalogue import QUANTITIES
-from tierod.vehicles.vehicle import Parameter
+from tierod.vehicles.vehicle import QUANTITIES, Parameter
 from tierod_lab.papers.sideslip.calibration import FARTHEST, TYRES, beside_truth, judged, prior, weighted
 
 START: dict[str, float] = {

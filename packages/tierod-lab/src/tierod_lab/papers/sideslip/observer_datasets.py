@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tierod.core.model import Model
+from tierod.core.block import Model
 from tierod.methods.analysis.observability import observability
 from tierod.models.linear import LinearSystem, discretise, linearise
 from tierod.models.single_track import SingleTrack

@@ -1,9 +1,8 @@
 """Tracing, printing, compiling and running blocks; nothing else in tierod imports CasADi."""
 
+from tierod.core.graph.analysis import jacobian
 from tierod.core.graph.bank import KEEP, Bank, JudgeSample, Verdict
-from tierod.core.graph.derivatives import jacobian
-from tierod.core.graph.lanes import batch
-from tierod.core.graph.runtime import Memory, Result, Scanner, Stream, scan
+from tierod.core.graph.runtime import Memory, Result, Scanner, Stream, batch, scan
 from tierod.core.graph.trace import Graph, trace
 
 __all__ = [

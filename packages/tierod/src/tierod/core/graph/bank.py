@@ -10,8 +10,7 @@ from tierod.core.block import Ring, Tree, leaves, map_leaves, skeleton, structur
 from tierod.core.errors import TraceError
 from tierod.core.graph.known_graphs import entry_of, interface_of, keep_interface
 from tierod.core.graph.maths import is_symbol
-from tierod.core.graph.state import GROUP, BankState
-from tierod.core.graph.trace import INTERFACE, Graph, straight_line
+from tierod.core.graph.trace import GROUP, INTERFACE, BankState, Graph, straight_line
 
 
 @dataclass(frozen=True, eq=False)

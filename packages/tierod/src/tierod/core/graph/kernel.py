@@ -17,8 +17,7 @@ from tierod.core.graph.bank import BankGraph
 from tierod.core.graph.compiler import compiler, keep, kept, kernel_name, load, load_kept
 from tierod.core.graph.known_graphs import kernel_entry
 from tierod.core.graph.printer import LANES, TILE_STEPS, prefix, print_c, print_lanes
-from tierod.core.graph.state import grouped, ungrouped
-from tierod.core.graph.trace import Graph, Interface, trace
+from tierod.core.graph.trace import Graph, Interface, grouped, trace, ungrouped
 
 # Samples per call of the unrolled map: enough that the cost of a call is negligible, few enough to build it fast
 BLOCK = 1000

@@ -10,8 +10,7 @@ from tierod.core.graph.body_printer import BranchingPrinter, LinePrinter, Places
 from tierod.core.graph.c_functions import prelude
 from tierod.core.graph.compiler import vector_width
 from tierod.core.graph.operations import SAMPLE, Program, program
-from tierod.core.graph.state import GROUP
-from tierod.core.graph.trace import Graph, Interface
+from tierod.core.graph.trace import GROUP, Graph, Interface
 
 LANES = vector_width()  # Number of vehicles that are stepped together: one vector register holds a number of each
 TILE_STEPS = 64  # Number of samples of a tile: inputs and outputs of all vehicles then stay in the cache of a core

@@ -17,8 +17,7 @@ from tierod.core.graph import Memory, scan
 from tierod.core.graph.trace import initial_memory
 from tierod.export.bank import BankInterface
 from tierod.export.evidence.checks import at_once, ran, there, version
-from tierod.export.interface import Interface
-from tierod.export.storage import free_clocks
+from tierod.export.interface import Interface, free_clocks
 
 COMPILERS = ("gcc", "clang")
 LEVELS = (("-O0",), ("-O2",), ("-O3",), ("-O3", "-march=native"))

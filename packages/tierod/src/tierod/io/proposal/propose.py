@@ -12,7 +12,7 @@ import numpy as np
 
 from tierod.core.errors import InputError
 from tierod.core.recording import Channel, Recording
-from tierod.core.screen import printable
+from tierod.core.shown import printable
 from tierod.core.signals import SIGNALS
 from tierod.core.toml import quoted
 from tierod.core.units import Scale, split_suffix

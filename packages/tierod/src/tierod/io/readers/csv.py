@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from tierod.core.arrow import calendar_seconds, floats
 from tierod.core.errors import InputError
+from tierod.core.frames import calendar_seconds, floats
 from tierod.core.recording import Channel
 from tierod.io.readers.channel_map import GUESSED, TimeEntry
 from tierod.io.readers.clocks import (

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 import numpy as np
 
 from tierod.core.errors import InputError
-from tierod.core.timestamps import LATE, Repairs
+from tierod.core.series import LATE, Repairs
 from tierod.io.readers.content import Kept
 
 if TYPE_CHECKING:

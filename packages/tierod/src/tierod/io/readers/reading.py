@@ -13,8 +13,8 @@ import numpy as np
 
 from tierod.core.errors import InputError
 from tierod.core.recording import Channel, Recording
+from tierod.core.series import CALENDAR, finite_or_missing
 from tierod.core.signals import SIGNALS
-from tierod.core.timestamps import CALENDAR, finite_or_missing
 from tierod.io.derive import RECIPES, complete, ingredients
 from tierod.io.readers.channel_map import ChannelMap, load_channel_map, load_maps_beside
 from tierod.io.readers.content import Allowance

@@ -12,7 +12,7 @@ import numpy as np
 
 from tierod.core.errors import InputError
 from tierod.core.recording import Channel
-from tierod.core.timestamps import CALENDAR, LATE, Repairs, finite_or_missing, infinite_note
+from tierod.core.series import CALENDAR, LATE, Repairs, finite_or_missing, infinite_note
 from tierod.io.readers.content import Allowance
 from tierod.io.readers.source import Column, Lane, Piece, Source
 

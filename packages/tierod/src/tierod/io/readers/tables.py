@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from tierod.core.arrow import calendar_seconds, floats, is_number, native_file
 from tierod.core.errors import InputError
+from tierod.core.frames import calendar_seconds, floats, is_number, native_file
 from tierod.core.recording import Channel
 from tierod.core.units import split_name
 from tierod.io.formats import description_in

@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from tierod.core.arrow import column_of, native_file
 from tierod.core.errors import OutputError
 from tierod.core.files import replacing
+from tierod.core.frames import column_of, native_file
 from tierod.io.formats import Writer
 from tierod.io.writers.spool import ROWS, FromSpool, Spool, SpooledGroup
 

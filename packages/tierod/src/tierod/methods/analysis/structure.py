@@ -10,10 +10,9 @@ from itertools import combinations
 
 import numpy as np
 
-from tierod.core.block import Tree, leaves, rebuild, skeleton
+from tierod.core.block import Model, Tree, leaves, rebuild, skeleton
 from tierod.core.errors import ParameterError, nearest
-from tierod.core.graph.derivatives import dependence
-from tierod.core.model import Model
+from tierod.core.graph.analysis import dependence
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,8 @@ import dataclasses
 from functools import lru_cache
 from typing import Any, get_type_hints
 
-from tierod.core.block import Scalar, Tree, named_tuple
+from tierod.core.block import Model, Scalar, Tree, model_like, named_tuple
 from tierod.core.errors import ParameterError, nearest
-from tierod.core.model import Model, model_like
 
 
 @lru_cache(maxsize=256)

@@ -9,11 +9,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
-from tierod.core.block import Scalar, Tree, Truth, rebuild, skeleton
+from tierod.core.block import Model, Scalar, Tree, Truth, rebuild, require_discrete, skeleton
 from tierod.core.errors import ParameterError
-from tierod.core.graph.derivatives import jacobian
+from tierod.core.graph.analysis import jacobian
 from tierod.core.graph.maths import maximum, present, where
-from tierod.core.model import Model, require_discrete
 from tierod.methods.estimators.kernels import (
     Correction,
     clean_mask,

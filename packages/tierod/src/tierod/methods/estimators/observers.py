@@ -8,10 +8,9 @@ from typing import Annotated, NamedTuple, get_type_hints
 
 import numpy as np
 
-from tierod.core.block import Scalar, Tree, Truth, named_tuple, rebuild, skeleton
+from tierod.core.block import Model, Scalar, Tree, Truth, named_tuple, rebuild, require_discrete, skeleton
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.graph.maths import present, where
-from tierod.core.model import Model, require_discrete
 from tierod.methods.estimators.kernels import usable
 from tierod.methods.estimators.linear_algebra import Vector, add, dot, plus, product
 from tierod.methods.estimators.riccati import Noises, stationary_gain

@@ -8,9 +8,8 @@ from collections.abc import Iterable
 from functools import lru_cache
 from typing import Annotated, NamedTuple
 
-from tierod.core.block import Scalar, Tree, derived, leaves, named_tuple, rebuild, skeleton, values_of
+from tierod.core.block import Model, Scalar, Tree, derived, leaves, named_tuple, rebuild, skeleton, values_of
 from tierod.core.errors import ParameterError, nearest
-from tierod.core.model import Model
 
 
 class Belief(NamedTuple):

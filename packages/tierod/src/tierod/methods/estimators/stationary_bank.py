@@ -9,10 +9,9 @@ from typing import Annotated, NamedTuple, get_type_hints
 
 import numpy as np
 
-from tierod.core.block import Scalar, Tree, named_tuple, rebuild, skeleton
+from tierod.core.block import Model, Scalar, Tree, named_tuple, rebuild, require_discrete, skeleton
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import all_of, exp, greatest_of, present, select, where
-from tierod.core.model import Model, require_discrete
 from tierod.methods.estimators.kernels import usable
 from tierod.methods.estimators.linear_algebra import (
     Matrix,

@@ -10,9 +10,8 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
-from tierod.core.block import Scalar, Tree, rebuild
+from tierod.core.block import Model, Scalar, Tree, model_like, rebuild
 from tierod.core.graph.maths import both, log, present, sqrt, where
-from tierod.core.model import Model, model_like
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.kernels import correct_in_turn
 from tierod.methods.estimators.linear_algebra import Vector, from_diagonal, plus, upper

@@ -32,7 +32,7 @@ from tierod.methods.identification.pre_sliding import PreSliding, pre_sliding
 from tierod.models.steering_wheel import BelowBarParameters
 from tierod.physics.steering_ratio import torsion_bar_twist
 from tierod.vehicles import Vehicle
-from tierod.vehicles.uncertain import held_deviation
+from tierod.vehicles.classes import held_deviation
 
 Support = Literal["hoist", "ground"]
 PLACE = "friction torque at the steering wheel axis"

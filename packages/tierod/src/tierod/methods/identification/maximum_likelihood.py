@@ -10,11 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tierod.core.block import Scalar, Tree, rebuild, skeleton, values_of
+from tierod.core.block import Model, Scalar, Tree, rebuild, skeleton, values_of
 from tierod.core.graph import scan
-from tierod.core.graph.derivatives import jacobian
+from tierod.core.graph.analysis import jacobian
 from tierod.core.graph.maths import log, present, select, sqrt, where
-from tierod.core.model import Model
 from tierod.methods.estimators.kernels import correct_in_turn, predict_covariance, usable
 from tierod.methods.estimators.linear_algebra import Vector, dot, from_diagonal, plus
 from tierod.methods.estimators.shapes import Belief, leaf_values, sample_class

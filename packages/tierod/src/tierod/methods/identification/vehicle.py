@@ -47,7 +47,7 @@ from tierod.models.lateral_parameters import LateralParameters
 from tierod.physics.gravity import GRAVITY
 from tierod.physics.single_track import understeer_gradient
 from tierod.vehicles import Vehicle
-from tierod.vehicles.uncertain import BOUND, FREE, bound_distance
+from tierod.vehicles.classes import BOUND, FREE, bound_distance
 
 STAGES = ((0.1, 0.5), (1.0, ENOUGH))
 """Factor on the trusted measurements in each stage of the search, and the increase of the log-posterior that ends it:

@@ -9,8 +9,7 @@ from tierod.methods.identification.drive_model import DriveNoises
 from tierod.methods.identification.map_search import Prior
 from tierod.models.lateral_parameters import LateralParameters
 from tierod.vehicles import QUANTITIES, Vehicle
-from tierod.vehicles.classes import class_of, typical_spread
-from tierod.vehicles.uncertain import BOUND, bound_distance
+from tierod.vehicles.classes import BOUND, bound_distance, class_of, typical_spread
 
 SHOWN = (
     "mass",

@@ -12,7 +12,7 @@ from tierod.core.findings import Episode, Estimate, Status
 from tierod.core.graph import Result
 from tierod.core.series import runs
 from tierod.core.signals import SIGNALS
-from tierod.core.statement import STATUSES
+from tierod.core.statuses import STATUSES
 from tierod.monitors.condition.kinds import DELAY, DRIFT, GAIN, LOSS, LOST_TORQUE, NOISE, OFFSET, OUTLIER, STUCK
 from tierod.monitors.condition.reaction import LEAST_DOUBT
 from tierod.monitors.condition.signals import ELEMENTS

@@ -32,7 +32,7 @@ from tierod.core.graph.maths import (
     sqrt,
     where,
 )
-from tierod.core.statement import Statement, code_of
+from tierod.core.statuses import Statement, code_of
 from tierod.monitors.condition.decision import Decision, DecisionState, Diagnosis
 from tierod.monitors.condition.kinds import LOST_TORQUE, NOISE, Kind, KindOfFault, KindState
 from tierod.monitors.condition.reaction import FaultReaction, Judged, ReactionState

@@ -21,7 +21,7 @@ from tierod.monitors.condition.limits import RATE, aligned, moving
 from tierod.monitors.condition.signals import ConditionSample, Measured
 from tierod.monitors.condition.vehicle_filter import SENSOR_NOISE, LeaveOutFilter, ModelError
 from tierod.vehicles import Parameter, Vehicle
-from tierod.vehicles.catalogue import QUANTITIES
+from tierod.vehicles.vehicle import QUANTITIES
 
 _OUTPUTS = len(AutomatedVehicle.Output._fields)
 _STEP = 1e-3

@@ -12,7 +12,7 @@ from typing import Annotated, Any, NamedTuple, get_type_hints
 from tierod.core.block import Scalar, Tree, named_tuple
 from tierod.core.findings import Status
 from tierod.core.graph.maths import any_of, both, maximum, present, where
-from tierod.core.statement import code_of
+from tierod.core.statuses import code_of
 from tierod.diagnosis.debounce import DebounceCounter, DebounceCounters
 from tierod.diagnosis.switchover import NOTHING, SubstitutionGraph, Supplied, SupplyState, Switchover, graph_from
 from tierod.diagnosis.trouble_codes import TroubleCodes, load_trouble_codes

@@ -11,7 +11,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from tierod.core.block import Scalar, skeleton
-from tierod.core.graph.derivatives import jacobian
+from tierod.core.graph.analysis import jacobian
 from tierod.core.graph.maths import absolute, both, either, maximum, minimum, present, where
 from tierod.core.signals import residue_of
 from tierod.methods.estimators.kernels import predict_covariance
@@ -31,7 +31,7 @@ from tierod.monitors.condition.vehicle_filter import PLAUSIBLE, TRUSTED, LeaveOu
 from tierod.physics.lag import gauss_markov_noise, share_reached
 from tierod.physics.single_track import understeer_gradient
 from tierod.vehicles import Vehicle
-from tierod.vehicles.uncertain import bound_distance, hold_spread, with_spread
+from tierod.vehicles.classes import bound_distance, hold_spread, with_spread
 
 UNIFORM = 1.0 / 12.0  # variance of a rounding error, uniform over one step, over the square of the step
 

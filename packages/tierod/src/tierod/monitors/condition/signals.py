@@ -12,7 +12,7 @@ from typing import Annotated, Any, NamedTuple, TypeAlias
 
 from tierod.core.block import Scalar, named_tuple
 from tierod.core.signals import SIGNALS
-from tierod.core.statement import Statement
+from tierod.core.statuses import Statement
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.models.rolling_car import RollingCar
 

@@ -12,7 +12,7 @@ from math import sqrt as root_of
 from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar, skeleton
-from tierod.core.graph.derivatives import jacobian
+from tierod.core.graph.analysis import jacobian
 from tierod.core.graph.maths import absolute, limit, maximum, minimum, present, sqrt, where
 from tierod.methods.estimators.kernels import predict_covariance
 from tierod.methods.estimators.linear_algebra import Vector, congruence, diagonal, from_diagonal, pack, plus, unpack
@@ -40,7 +40,7 @@ from tierod.monitors.condition.signals import (
 from tierod.physics.lag import gauss_markov_noise, lagged_ramp
 from tierod.physics.single_track import front_axle_load
 from tierod.vehicles import Vehicle
-from tierod.vehicles.uncertain import held_deviation
+from tierod.vehicles.classes import held_deviation
 
 SENSOR_NOISE = Measured(
     *(each.noise for each in SENSOR_TABLE if each.name in OF_AUTOMATED), *(ACCELERATION_NOISE,) * len(ACCELERATIONS)

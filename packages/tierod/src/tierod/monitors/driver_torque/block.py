@@ -10,7 +10,7 @@ import numpy as np
 from tierod.core.block import Block, Scalar, Tree
 from tierod.core.findings import Status
 from tierod.core.graph.maths import absolute, all_of, both, maximum, present, where
-from tierod.core.statement import Statement, code_of
+from tierod.core.statuses import Statement, code_of
 from tierod.methods.relations import WRONG_SIGN_SHARE
 from tierod.monitors.driver_torque.hands import HandsMonitor, HandsSample
 from tierod.monitors.driver_torque.observer import ColumnSample

@@ -42,7 +42,7 @@ from tierod.monitors.driver_torque.observer import DELAY, ColumnObserver, Delaye
 from tierod.monitors.registry import variants_with_plugins
 from tierod.monitors.session import BlockSession, Conclusion, Monitor, Session, Variant
 from tierod.vehicles import Vehicle
-from tierod.vehicles.uncertain import is_guess
+from tierod.vehicles.classes import is_guess
 
 WITHHELD = (
     "The torque of the hands, and whether they are on the wheel, are withheld, since the vehicle file does not fit the "

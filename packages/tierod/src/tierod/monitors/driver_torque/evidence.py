@@ -10,7 +10,7 @@ import numpy as np
 
 from tierod.core.findings import Status
 from tierod.core.graph import Result
-from tierod.core.statement import code_of
+from tierod.core.statuses import code_of
 from tierod.methods.analysis.consistency import Consistency, ConsistencyAccumulator
 from tierod.methods.running import Span, Spans
 from tierod.monitors.driver_torque.block import SignVerdict, WorkOverDrive, wrong_signs

@@ -18,7 +18,7 @@ from tierod.monitors.driver_torque.design import usual_tuning
 from tierod.monitors.driver_torque.evidence import Drive
 from tierod.monitors.driver_torque.hands import THRESHOLDS
 from tierod.vehicles import Vehicle
-from tierod.vehicles.uncertain import torque_gain_deviation
+from tierod.vehicles.classes import torque_gain_deviation
 
 # Relative standard deviations of fault-free cars from their vehicle files [-]: the wheel's inertia as weighed and
 # learnt; bars scatter, or have a gear in series; gains of angle sensors, for a design value; the motor's inertia, which

@@ -21,7 +21,7 @@ from tierod.core.errors import InputError
 from tierod.core.facts import Fact, Verdict, assemble
 from tierod.core.findings import Finding, Status
 from tierod.core.graph import Result
-from tierod.core.statement import STATUSES, code_of
+from tierod.core.statuses import STATUSES, code_of
 from tierod.methods.analysis.consistency import ConsistencyAccumulator, nis_figures
 from tierod.methods.identification.hysteresis_presence import HysteresisPresence
 from tierod.models.friction_estimation import FrictionParameters

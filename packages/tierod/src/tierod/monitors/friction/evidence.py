@@ -19,7 +19,7 @@ from tierod.monitors.friction.sentences import DEFECTS, NOTES
 from tierod.physics.assist import assist_speed_factor
 from tierod.physics.steering_ratio import column_torque_of_motor
 from tierod.vehicles import Vehicle
-from tierod.vehicles.uncertain import is_guess
+from tierod.vehicles.classes import is_guess
 
 STRETCHES = 4  # Number of parts into which a drive without a change is divided, each with a histogram
 

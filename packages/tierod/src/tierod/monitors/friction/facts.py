@@ -9,13 +9,13 @@ from typing import Annotated, Any, NamedTuple
 
 from tierod.core.facts import Fact, Verdict
 from tierod.core.findings import Estimate, Status
-from tierod.core.statement import STATUSES
+from tierod.core.statuses import STATUSES
 from tierod.methods.relations import WRONG_SIGN_SHARE
 from tierod.models.friction_estimation import FrictionParameters
 from tierod.monitors.friction.sentences import GROUNDS, NOTES, OBSTACLES, Words
 from tierod.monitors.friction.thresholds import ABSOLUTE, BASELINE
 from tierod.monitors.friction.verdict import BY_LIMIT, FrictionFigures, FrictionLimits, FrictionVerdict, JudgedFriction
-from tierod.vehicles.uncertain import GainDeviation
+from tierod.vehicles.classes import GainDeviation
 
 PLACE = "friction torque at the steering wheel axis"
 

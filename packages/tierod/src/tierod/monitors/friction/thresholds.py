@@ -12,7 +12,7 @@ from tierod.methods.detectors.rule_design import RuleDesign, RunLengthLine
 from tierod.methods.detectors.stopping_rules import ExcessRule, HoldRule
 from tierod.monitors.decision import Decision, Demonstrated, OwnRule
 from tierod.monitors.friction.signals import SAMPLE_TIME
-from tierod.vehicles.uncertain import ASSUMED_GAIN_DEVIATION
+from tierod.vehicles.classes import ASSUMED_GAIN_DEVIATION
 
 
 @dataclass(frozen=True)

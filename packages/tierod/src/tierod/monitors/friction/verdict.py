@@ -11,13 +11,13 @@ from tierod.core.block import Scalar
 from tierod.core.errors import ParameterError
 from tierod.core.findings import Status
 from tierod.core.graph.maths import all_of, any_of, both, either, maximum, minimum, negated, sqrt, where
-from tierod.core.statement import Statement, code_of
+from tierod.core.statuses import Statement, code_of
 from tierod.methods.detectors import Cusum
 from tierod.monitors.decision import decides, declared
 from tierod.monitors.friction.signals import SAMPLE_TIME
 from tierod.monitors.friction.thresholds import ABSOLUTE, BASELINE, AlarmTuning
 from tierod.vehicles import Vehicle
-from tierod.vehicles.uncertain import torque_gain_deviation
+from tierod.vehicles.classes import torque_gain_deviation
 
 
 class VerdictSample(NamedTuple):

@@ -36,7 +36,7 @@ from tierod.monitors.hysteresis.facts import (
 from tierod.monitors.robustness import baseline_command, cure
 from tierod.monitors.session import Conclusion, Monitor, Session, Variant
 from tierod.vehicles import Vehicle
-from tierod.vehicles.uncertain import held_deviation, torque_gain_deviation
+from tierod.vehicles.classes import held_deviation, torque_gain_deviation
 
 PAPER = "Mohtat et al., appendix A, eqs (15) to (17)"
 

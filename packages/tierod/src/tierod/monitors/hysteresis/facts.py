@@ -21,7 +21,7 @@ from tierod.monitors.friction.evidence import BOTH, AssistCharacteristic, GainLi
 from tierod.physics.assist import assist_torque
 from tierod.physics.steering_ratio import column_torque_of_motor
 from tierod.vehicles import Vehicle
-from tierod.vehicles.uncertain import GAIN_DEVIATION
+from tierod.vehicles.classes import GAIN_DEVIATION
 
 LEAST_SAMPLES = 300  # least number of samples, three seconds of the test
 # Noise of the driver's torque over its own variation above which the torques are not compared; it moves the ratio by 6

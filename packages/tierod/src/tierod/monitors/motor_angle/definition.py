@@ -15,7 +15,7 @@ from tierod.core.findings import Status
 from tierod.core.graph import Result, scan
 from tierod.core.graph.maths import absolute, both, greatest_of, maximum, present, where
 from tierod.core.recording import Aligned
-from tierod.core.statement import Statement, code_of
+from tierod.core.statuses import Statement, code_of
 from tierod.methods.detectors.control_charts import Cusum
 from tierod.monitors.baseline import Baseline
 from tierod.monitors.motor_angle.alarms import ALARMS, BY_NAME, MODEL_DRIFT, MODEL_THRESHOLD

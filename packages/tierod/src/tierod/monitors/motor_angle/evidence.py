@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from tierod.core.facts import ESTIMATE
 from tierod.core.findings import Status
 from tierod.core.graph import Result
-from tierod.core.statement import STATUSES, code_of
+from tierod.core.statuses import STATUSES, code_of
 from tierod.methods.analysis.noise import DEVIATION_OF_MEDIAN, differences
 from tierod.methods.running import Moments
 from tierod.models.stator_frame_motor import CommandedMotorParameters

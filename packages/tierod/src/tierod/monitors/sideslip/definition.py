@@ -18,7 +18,7 @@ from tierod.core.graph import Result
 from tierod.core.graph.maths import present, where
 from tierod.core.recording import Aligned
 from tierod.core.signals import SIGNALS
-from tierod.core.statement import Statement, code_of
+from tierod.core.statuses import Statement, code_of
 from tierod.methods.analysis.consistency import ConsistencyAccumulator, nis_figures
 from tierod.methods.detectors.reversing import Reversing
 from tierod.models.single_track import SingleTrack

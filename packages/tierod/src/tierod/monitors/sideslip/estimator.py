@@ -13,7 +13,7 @@ from tierod.core.block import Scalar, Tree, rebuild
 from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph import Memory
-from tierod.core.graph.derivatives import jacobian
+from tierod.core.graph.analysis import jacobian
 from tierod.core.graph.maths import (
     absolute,
     arctan,

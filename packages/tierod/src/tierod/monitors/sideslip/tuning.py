@@ -17,7 +17,7 @@ from tierod.models.lateral_motion import lateral_motion
 from tierod.models.lateral_parameters import OF_STEERING, UNKNOWNS, LateralParameters, Sampled
 from tierod.physics.gravity import GRAVITY
 from tierod.physics.lag import gauss_markov_noise
-from tierod.vehicles.uncertain import held_deviation
+from tierod.vehicles.classes import held_deviation
 from tierod.vehicles.vehicle import Vehicle
 
 # Floor of the expected variance, which keeps the ratio finite for a filter without noise, in the squared unit of the

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from tierod.core.model import Model
+from tierod.core.block import Model
 from tierod.models.linear import discretise
 from tierod_lab.methods.unscented import UnscentedFilter
 from tierod_lab.papers.condition.rules.parameters import ResidualParameters

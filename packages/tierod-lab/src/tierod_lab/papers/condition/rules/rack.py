@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, NamedTuple
 
-from tierod.core.block import Scalar, Tree, leaves, rebuild, skeleton, values_of
+from tierod.core.block import Model, Scalar, Tree, leaves, rebuild, require_continuous, skeleton, values_of
 from tierod.core.errors import ParameterError
-from tierod.core.graph.derivatives import jacobian
+from tierod.core.graph.analysis import jacobian
 from tierod.core.graph.maths import absolute, cos, exp, sin, sqrt, where
-from tierod.core.model import Model, require_continuous
 from tierod.models.linear import sampled_model
 from tierod.physics.friction import smooth_coulomb
 from tierod.physics.gear import column_balance, lash_torque

@@ -20,8 +20,7 @@ from tierod.core.graph.maths import (
     present,
     where,
 )
-from tierod.core.statement import Statement, code_of
-from tierod.core.statuses import Status
+from tierod.core.statuses import Statement, Status, code_of
 from tierod.monitors.condition.judge import Residual, SpanOfFault, Spans
 from tierod.monitors.condition.reaction import ConditionOutput, FaultReaction, Judged, ReactionState
 from tierod.monitors.condition.signals import (
