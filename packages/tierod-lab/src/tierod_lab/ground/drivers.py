@@ -12,7 +12,7 @@ from tierod.physics.planar_motion import pursuit_curvature
 from tierod.physics.single_track import steady_road_wheel_angle
 from tierod_lab.ground.control import AngleControl, AngleMemory, SpeedControl
 from tierod_lab.ground.integration import START, Path, path_rate, runge_kutta
-from tierod_lab.ground.parts import Demand, Driver, Hand, Intent, Memory, Motion, Reaction, Road, Seen, Wheels
+from tierod_lab.ground.parts import Demand, Driver, Hand, Intent, Memory, Motion, Reaction, Road, Seen
 
 STANDING = 0.02  # Speed below which a car is at standstill [m/s]
 
@@ -52,19 +52,19 @@ class Pedals:
     def press(
         self, foot: Foot, speed: Scalar, wanted_speed: Scalar, planned: Scalar, step: Scalar
     ) -> tuple[Foot, Scalar]:
-        """State of the foot after a step, and the acceleration that it commands [m/s**2].
+        """State of the foot after a step [s], and the acceleration that it commands [m/s**2].
 
         Args:
-            speed: forward speed [m/s]
-            wanted_speed: target [m/s]
+            speed, wanted_speed: forward speed and target [m/s]
             planned: acceleration of the target [m/s**2]
-            step: sampling interval [s]
         """
         error = wanted_speed - speed
         asked = self._eased(planned + self.proportional * error, speed) + foot.learnt
         wanted = limit(asked, -self.strongest_braking, self.strongest_acceleration)
         halting = both(wanted_speed < 0.5 * self.resting_speed, speed < self.resting_speed)
-        resting = where(halting, self._resting(foot, speed, step), 0.0)
+        # The brake force of the resting foot grows until standstill.
+        growing = minimum(foot.resting + step * self.resting_rate, self.holding)
+        resting = where(halting, where(speed < STANDING, self.holding, growing), 0.0)
         wanted = where(halting, minimum(wanted, -resting), wanted)
         # Anti-windup: the integral stops at the limits of the request, and near standstill.
         learning = where(both(wanted == asked, speed >= self.resting_speed), self.integral * error, 0.0)
@@ -76,11 +76,6 @@ class Pedals:
         """Acceleration with braking reduced at walking pace [m/s**2]."""
         share = self.last_share + (1.0 - self.last_share) * limit(speed / self.easing_speed, 0.0, 1.0)
         return where(acceleration < 0.0, share * acceleration, acceleration)
-
-    def _resting(self, foot: Foot, speed: Scalar, step: Scalar) -> Scalar:
-        """Brake force of the resting foot [m/s**2]: the whole at standstill, growing until then."""
-        growing = minimum(foot.resting + step * self.resting_rate, self.holding)
-        return where(speed < STANDING, self.holding, growing)
 
 
 class Muscles(NamedTuple):
@@ -146,18 +141,15 @@ class HumanDriver:
         offset = memory.offset_ahead.oldest
         gone = minimum(absolute(seen.speed) * self.step_time / self.rear_distance, 1.0)
         ahead = memory.curvature + gone * (demand.curvature_ahead - memory.curvature)
-        curvature = ahead + self._correcting(attention * offset, seen.speed)
+        # This curvature would lead back to the path over the preview distance.
+        reach = self.preview_time * maximum(seen.speed, self.slowest_correction)
+        curvature = ahead + self.correction * pursuit_curvature(attention * offset, reach)
         steer = arctan(steady_road_wheel_angle(curvature, seen.speed, self.wheelbase, self.understeer_gradient))
         pressed = self.expected_effort * seen.speed * seen.speed * ahead / self.arm_stiffness
         wanted = demand.steering_wheel_angle + steer / self.steering_ratio + pressed
         near = limit(seen.lateral_offset, -self.greatest_offset, self.greatest_offset)
         noticed = memory.offset_ahead.push(near + self.preview_time * seen.offset_rate)
         return Mind(noticed, ahead, foot), Intent(wanted, self.mass * acceleration)
-
-    def _correcting(self, offset_ahead: Scalar, speed: Scalar) -> Scalar:
-        """Curvature that would lead back to the path over the preview distance [1/m]."""
-        reach = self.preview_time * maximum(speed, self.slowest_correction)
-        return self.correction * pursuit_curvature(offset_ahead, reach)
 
     def hand_torque(self, motion: Muscles, hand: Hand, demand: Demand) -> Scalar:
         arms = self.arm_stiffness * (motion.angle - hand.angle) + self.arm_damping * (motion.rate - hand.rate)
@@ -285,11 +277,8 @@ class AutomatedDriver:
         reach = maximum(self.preview_time * sensed.speed, self.least_preview)
         ahead = seen.lateral_offset + self.preview_time * seen.offset_rate
         back = self.correction * demand.attention * pursuit_curvature(ahead, reach)
-        steer = arctan(
-            steady_road_wheel_angle(
-                demand.curvature_ahead + back, sensed.speed, self.wheelbase, self.understeer_gradient
-            )
-        )
+        curvature = demand.curvature_ahead + back
+        steer = arctan(steady_road_wheel_angle(curvature, sensed.speed, self.wheelbase, self.understeer_gradient))
         steer = steer - self.yaw_feedback * demand.attention * (sensed.yaw_rate - sensed.speed * seen.curvature)
         return demand.steering_wheel_angle + steer / self.steering_ratio
 
@@ -345,7 +334,9 @@ class Driving:
 
     def step(self, state: DrivingState, sample: DrivingInputs) -> tuple[DrivingState, Driven]:
         motion, hand = state.motion, Hand(sample.steering_wheel_angle, sample.steering_wheel_rate)
-        reaction = _reaction(sample.vehicle_speed, sample.lateral_speed, sample.yaw_rate)
+        moving = {"speed": sample.vehicle_speed, "lateral_speed": sample.lateral_speed, "yaw_rate": sample.yaw_rate}
+        nothing: dict[str, Any] = dict.fromkeys(Reaction._fields, 0.0)
+        reaction = Reaction(**nothing | moving)
         seen = Seen(
             sample.vehicle_speed, 0.0, sample.lateral_speed, sample.yaw_rate,
             motion.path.lateral_offset, motion.path.heading_error, sample.road.curvature, hand,
@@ -363,10 +354,3 @@ class Driving:
         path = motion.path
         done = Driven(torque, reached, intent.force, path.distance, path.lateral_offset, path.heading_error)
         return DrivingState(runge_kutta(slope, motion, self.step_time), memory), done
-
-
-def _reaction(speed: Scalar, lateral_speed: Scalar, yaw_rate: Scalar) -> Reaction:
-    nothing: dict[str, Any] = dict.fromkeys(Reaction._fields, 0.0)
-    wheels = Wheels(0.0, 0.0, 0.0, 0.0)
-    known = {"speed": speed, "lateral_speed": lateral_speed, "yaw_rate": yaw_rate}
-    return Reaction(**{**nothing, "loads": wheels, "wheel_speeds": wheels, **known})

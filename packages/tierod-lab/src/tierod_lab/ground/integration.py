@@ -18,11 +18,7 @@ State = TypeVar("State")
 
 
 def runge_kutta(derivative: Callable[[State], State], state: State, step: Scalar) -> State:
-    """State after one step of the classical Runge-Kutta method of fourth order.
-
-    Args:
-        step: integration step [s]; stable while step times the fastest rate stays below about 2.7
-    """
+    """State after one step [s] of the classical Runge-Kutta method; the fastest rate stays below 2.7 per step."""
     first = derivative(state)
     second = derivative(_ahead(state, first, 0.5 * step))
     third = derivative(_ahead(state, second, 0.5 * step))
@@ -37,12 +33,9 @@ def _ahead(state: State, slope: State, step: Scalar) -> State:
 
 
 def implicit_inverse(derivative: Callable[[State], State], at: State, step: Scalar) -> list[list[Scalar]]:
-    """Inverse of I - gamma step A for `rosenbrock`, where A is the Jacobian of the stiff part.
+    """Inverse of I - gamma step A for `rosenbrock` and a step [s], where A is the Jacobian of the stiff part.
 
-    Args:
-        at: linearisation point; made of parameters only, so that the inverse is computed once per run
-        step: integration step [s]
-
+    The linearisation point is made of parameters only, so that the inverse is computed once per run.
     Gaussian elimination without pivoting: for masses on springs and dampers, ordered as angle and rate, the pivots stay
     at or above one, however stiff the springs are.
     """
@@ -64,11 +57,7 @@ def implicit_inverse(derivative: Callable[[State], State], at: State, step: Scal
 
 
 def with_entry(inverse: list[list[Scalar]], row: int, column: int, entry: Scalar, step: Scalar) -> list[list[Scalar]]:
-    """Inverse of `implicit_inverse` after one more entry has been added to the Jacobian.
-
-    Args:
-        entry: value that is added, such that a stable system stays stable [1/s]
-        step: integration step [s]
+    """Inverse of `implicit_inverse` after one more entry [1/s] has been added to the Jacobian; it has to stay stable.
 
     Source: Sherman and Morrison, Ann. Math. Statist. 21 (1950) 124.
     """
@@ -103,7 +92,7 @@ def rosenbrock(
         return [next(known) if own else value for value, own in zip(slope, solved, strict=True)]
 
     first = implicit(values_of(derivative(state)))
-    ahead = rebuild(state, [x + step * slope for x, slope in zip(values_of(state), first, strict=True)])
+    ahead = _ahead(state, rebuild(state, first), step)
     right = [after - 2.0 * before for after, before in zip(values_of(derivative(ahead)), first, strict=True)]
     second = implicit(right)
     mean = [1.5 * a + 0.5 * b for a, b in zip(first, second, strict=True)]
@@ -125,14 +114,11 @@ def _is_zero(value: Scalar) -> bool:
 
 
 def steering_inverse(steering: Steering, motion: Motion, memory: Memory, step: Scalar) -> list[list[Scalar]]:
-    """Inverse that `rosenbrock` needs for a steering at the start of a step.
+    """Inverse that `rosenbrock` needs for a steering at the start of a step [s].
 
     All but dry friction is linearised at one point that depends on parameters alone, so this part is computed once. Dry
     friction is stiff while it sticks and not stiff while it slides, so its entries follow its present state: treated as
     stiff throughout, it would brake sliding parts; left out, light parts would chatter.
-
-    Args:
-        step: integration step [s]
     """
     rest, relaxed = steering.stiff(), steering.remembered()
     idle = Loads(0.0, 0.0, 0.0, (0.0,) * len(steering.actuators), 0.0, 0.0)
@@ -243,10 +229,7 @@ START = Path(0.0, 0.0, 0.0, 0.0)
 
 
 def path_rate(path: Path, reaction: Reaction, curvature: Scalar) -> Path:
-    """Rate of change of the motion along a path.
-
-    Args:
-        curvature: curvature of the path [1/m]
+    """Rate of change of the motion along a path of a curvature [1/m].
 
     Source: Frenet frame; Rajamani, Vehicle Dynamics and Control (2012), section 2.5, without its small angles.
     """
@@ -258,12 +241,7 @@ def path_rate(path: Path, reaction: Reaction, curvature: Scalar) -> Path:
 
 
 def moved(position: tuple[Scalar, Scalar], reaction: Reaction, heading: Scalar, step: Scalar) -> tuple[Scalar, Scalar]:
-    """Coordinates over ground after a step [m].
-
-    Args:
-        position: coordinates before the step, x ahead and y to the left of the initial heading [m]
-        heading: heading at the start of the step [rad]
-        step: sampling interval [s]
+    """Coordinates over ground after a step [s], x ahead and y to the left of the initial heading [m].
 
     Computed once per step with the speeds at its start: the accumulated error is at most half a step times the change
     of speed.

@@ -16,6 +16,11 @@ CRAWL = 1.0  # Speed below which the power limit uses this speed instead of the 
 LIMITER = 0.05  # Width of the engine speed limiter's ramp as a share of the maximum speed [-]
 
 
+def _divided(torque: Scalar, front_share: Scalar) -> Wheels:
+    front, rear = front_share * torque, (1.0 - front_share) * torque
+    return Wheels(front, front, rear, rear)
+
+
 @dataclass(frozen=True)
 class Powertrain:
     """One engine, open differentials and brakes; without lag, since drivers are slower."""
@@ -30,11 +35,7 @@ class Powertrain:
     greatest_brake_force: Annotated[float, "N", NOT_NEGATIVE] = 18e3
 
     def torques(self, force: Scalar, reaction: Reaction) -> tuple[Wheels, Wheels]:
-        """Drive torque and maximum brake torque of every wheel [N*m].
-
-        Args:
-            force: requested force along the road, negative to brake [N]
-        """
+        """Drive torque and maximum brake torque of every wheel [N*m] for a force [N], negative to brake."""
         wheels = reaction.wheel_speeds
         of_front, of_rear = 0.5 * self.front_share, 0.5 * (1.0 - self.front_share)
         turning = of_front * (wheels.front_left + wheels.front_right) + of_rear * (wheels.rear_left + wheels.rear_right)
@@ -42,9 +43,7 @@ class Powertrain:
         available = available * limit((1.0 - turning / self.greatest_speed) / LIMITER, 0.0, 1.0)
         drive = 0.5 * self.wheel_radius * limit(force, 0.0, available)
         brake = 0.5 * self.wheel_radius * limit(-force, 0.0, self.greatest_brake_force)
-        front, rear = self.front_share * drive, (1.0 - self.front_share) * drive
-        front_brake, rear_brake = self.front_brake_share * brake, (1.0 - self.front_brake_share) * brake
-        return Wheels(front, front, rear, rear), Wheels(front_brake, front_brake, rear_brake, rear_brake)
+        return _divided(drive, self.front_share), _divided(brake, self.front_brake_share)
 
 
 @dataclass(frozen=True)
@@ -74,20 +73,10 @@ class WheelMotors:
         bound = minimum(self.greatest_torque, self.greatest_power / turning)
         return limit(mean - 0.5 * difference, -bound, bound), limit(mean + 0.5 * difference, -bound, bound)
 
-    def lagging(
-        self, left: Scalar, right: Scalar, requests: tuple[Scalar, Scalar], step: Scalar
-    ) -> tuple[Scalar, Scalar]:
-        """Torques of the left and the right motor after one step of their first-order lags [N*m].
-
-        Args:
-            left, right: torques before the step [N*m]
-            requests: requested torques, from `requests` [N*m]
-            step: sampling interval [s]
-        """
-        return (
-            left + share_reached(step / self.left_lag) * (requests[0] - left),
-            right + share_reached(step / self.right_lag) * (requests[1] - right),
-        )
+    def lagging(self, left: Scalar, right: Scalar, requests: tuple[Scalar, Scalar], step: Scalar) -> list[Scalar]:
+        """Torques of the left and the right motor [N*m] after one step [s] of their first-order lags."""
+        motors = ((left, requests[0], self.left_lag), (right, requests[1], self.right_lag))
+        return [torque + share_reached(step / lag) * (wanted - torque) for torque, wanted, lag in motors]
 
     def wheels(self, left: Scalar, right: Scalar, force: Scalar) -> tuple[Wheels, Wheels]:
         """Drive torque and maximum brake torque of every wheel [N*m]; friction brakes supply what the motors cannot.
@@ -99,14 +88,9 @@ class WheelMotors:
         lacking = limit(-force + (left + right) / self.wheel_radius, 0.0, self.greatest_brake_force)
         # The second bound keeps the brakes open while the driver does not brake, whatever the lagging motors do.
         brake = 0.5 * self.wheel_radius * minimum(lacking, maximum(-force, 0.0))
-        front, rear = self.front_brake_share * brake, (1.0 - self.front_brake_share) * brake
-        return Wheels(left, right, 0.0, 0.0), Wheels(front, front, rear, rear)
+        return Wheels(left, right, 0.0, 0.0), _divided(brake, self.front_brake_share)
 
     def torques(self, force: Scalar, reaction: Reaction) -> tuple[Wheels, Wheels]:
-        """Drive torque and maximum brake torque of every wheel [N*m], with equal torque of both motors.
-
-        Args:
-            force: requested force along the road, negative to brake [N]
-        """
+        """Drive torque and maximum brake torque of every wheel [N*m] for a force [N], shared equally."""
         left, right = self.requests(force, 0.0, reaction)
         return self.wheels(left, right, force)

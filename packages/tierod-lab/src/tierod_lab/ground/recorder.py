@@ -118,25 +118,13 @@ def channel(name: str, time: np.ndarray, values: np.ndarray, described: Mapping[
 def declared_units(output: Tree) -> dict[str, str]:
     """Unit of every channel of a block's output, from the annotations of its NamedTuples."""
     found: dict[str, str] = {}
-    stack = [output]
-    while stack:
-        branch = stack.pop()
-        if isinstance(branch, tuple) and hasattr(branch, "_fields"):
-            for below in branch:
-                if isinstance(below, tuple):
-                    stack.append(below)
-            own = dict(zip(branch._fields, _own_units(type(branch)), strict=True))
-            found |= {name: unit for name, unit in own.items() if unit is not None}
+    if isinstance(output, tuple) and hasattr(output, "_fields"):
+        hints = get_type_hints(type(output), include_extras=True)
+        for name, below in zip(output._fields, output, strict=True):
+            listed = set(units(hints[name]))
+            found |= {name: listed.pop()} if len(listed) == 1 else {}
+            found |= declared_units(below)
     return found
-
-
-def _own_units(kind: type) -> list[str | None]:
-    hints = get_type_hints(kind, include_extras=True)
-    result: list[str | None] = []
-    for name in kind._fields:  # type: ignore[attr-defined]  # a NamedTuple
-        listed = units(hints[name])
-        result.append(listed[0] if listed and len(set(listed)) == 1 else None)
-    return result
 
 
 _STREAM = 2  # Number of the sensors' random stream

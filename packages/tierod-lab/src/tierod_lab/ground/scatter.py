@@ -128,12 +128,10 @@ class Scatter(UsualScatter):
             table: fields of this class; in `parameters` a number is a log-normal deviation, a table is a `Spread`
             base: scatter whose values are kept where the table has none; the defaults if None
         """
-        place = tuple(location)
-        plain = {name: value for name, value in table.items() if name != "parameters"}
-        base = base or cls()
+        plain, place, base = dict(table), tuple(location), base or cls()
+        given = plain.pop("parameters", {})
         usual = {each.name: getattr(base, each.name) for each in fields(UsualScatter)}
         own = build(UsualScatter, plain, document, place, base=UsualScatter(**usual))
-        given = table.get("parameters", {})
         if not isinstance(given, dict):
             raise document.error((*place, "parameters"), "'parameters' has to be a table of deviations by path")
         spreads = dict(base.parameters)
@@ -185,10 +183,8 @@ class Scatter(UsualScatter):
     ) -> dict[str, float]:
         for _ in range(_TRIES):
             draw = float(spread.deviation) * float(chance.standard_normal())
-            if spread.kind == "normal":
-                values = {path: known[path].value + draw for path in paths}
-            else:
-                values = {path: known[path].value * math.exp(draw) for path in paths}
+            gain, offset = (1.0, draw) if spread.kind == "normal" else (math.exp(draw), 0.0)
+            values = {path: known[path].value * gain + offset for path in paths}
             if all(limits is None or limits.holds(values[path]) for path in paths for limits in [known[path].limits]):
                 return values
         message = f"of {_TRIES} draws none gave '{paths[0]}' a value in its range; lower the deviation"
@@ -196,12 +192,11 @@ class Scatter(UsualScatter):
 
 
 def _known(car: Plant, sensors: SensorSet) -> dict[str, Number]:
-    of_sensors = (
-        (f"{SENSORS}{name}.{field}", number)
-        for name, sensor in sensors.items()
-        for field, number in _of_sensor(sensor, SIGNALS[name].unit).items()
-    )
-    return {**numbers(car), **dict(of_sensors)}
+    known = dict(numbers(car))
+    for name, sensor in sensors.items():
+        own = _of_sensor(sensor, SIGNALS[name].unit)
+        known |= {f"{SENSORS}{name}.{field}": number for field, number in own.items()}
+    return known
 
 
 @lru_cache(maxsize=1024)

@@ -81,57 +81,6 @@ def vehicle_speed(reaction: Reaction) -> Scalar:
     return 0.5 * (reaction.wheel_speeds.rear_left + reaction.wheel_speeds.rear_right)
 
 
-def body_signals(
-    reaction: Reaction,
-    unit: InertialUnit,
-    path: Path,
-    position: tuple[Scalar, Scalar],
-    road: Road,
-    hand_torque: Scalar,
-    drive_force: Scalar,
-) -> Tree:
-    """Signals of the body at one instant.
-
-    Args:
-        position: coordinates over ground [m]
-        hand_torque: torque of the driver's hands [N*m]
-        drive_force: requested force along the road [N]
-    """
-    rolling = reaction.speed > ROLLING
-    sideslip = arctan2(reaction.lateral_speed, where(rolling, reaction.speed, 1.0))
-    return Body(
-        reaction.yaw_rate,
-        unit.lateral_acceleration(reaction),
-        unit.longitudinal_acceleration(reaction),
-        reaction.roll_rate,
-        vehicle_speed(reaction),
-        *reaction.wheel_speeds,
-        reaction.speed,
-        reaction.lateral_speed,
-        where(rolling, sideslip, 0.0),
-        reaction.lateral_acceleration,
-        reaction.yaw_acceleration,
-        reaction.roll_angle,
-        reaction.front_lateral_force,
-        reaction.rear_lateral_force,
-        arctan(reaction.front_slip_angle),
-        *reaction.loads,
-        reaction.self_aligning_torque,
-        reaction.scrub_torque,
-        reaction.kingpin_left + reaction.kingpin_right,
-        hand_torque,
-        drive_force,
-        path.distance,
-        path.lateral_offset,
-        path.heading_error,
-        path.heading,
-        *position,
-        road.bank_angle,
-        road.grade_angle,
-        0.5 * (road.adhesion_left + road.adhesion_right),
-    )
-
-
 Torques: TypeAlias = tuple[Scalar, ...]  # Torque of every actuator [N*m], in the order of `Steering.actuators`
 Read: TypeAlias = Callable[[str, Scalar], Scalar]  # Function that passes a signal through the port of its name
 Controlled: TypeAlias = tuple[Memory, Torques, Tree]
@@ -239,7 +188,9 @@ class Car:
         motion, held = state
         steer, hand = self.steering.steer(motion.steering), self.steering.hand(motion.steering)
         reaction = self.chassis.reaction(motion.chassis, steer, sample.road, sample.wind)
-        view = _seen(motion, reaction, hand, sample.road)
+        moving = (reaction.speed, reaction.longitudinal_acceleration, reaction.lateral_speed, reaction.yaw_rate)
+        place = (motion.path.lateral_offset, motion.path.heading_error)
+        view = Seen(*moving, *place, sample.road.curvature, hand)
         driver, intent = self.driver.decide(held.driver, view, sample.demand)
         hand_torque = self.driver.hand_torque(motion.driver, hand, sample.demand)
         # These signals contain the torques of the last step, since this step's are decided from them.
@@ -250,7 +201,15 @@ class Car:
         drive, brakes = self.drives(intent, reaction, torques)
 
         def slope(now: Motion) -> Motion:
-            return self._derivative(now, motion, held.steering, sample, intent, torques, drive, brakes)
+            steer, hand = self.steering.steer(now.steering), self.steering.hand(now.steering)
+            reaction = self.chassis.reaction(now.chassis, steer, sample.road, sample.wind)
+            loads = _loads(reaction, self.driver.hand_torque(now.driver, hand, sample.demand), torques)
+            return Motion(
+                self.chassis.derivative(now.chassis, reaction, drive, brakes),
+                self.steering.derivative(now.steering, motion.steering, held.steering, loads),
+                self.driver.derivative(now.driver, intent, hand, sample.demand),
+                path_rate(now.path, reaction, sample.road.curvature),
+            )
 
         inverse = steering_inverse(self.steering, motion.steering, held.steering, self.step_time)
         after = rosenbrock(slope, motion, self.step_time, "steering", inverse)
@@ -259,8 +218,48 @@ class Car:
         steering = self.steering.advance(after.steering, motion.steering, held.steering, loads)
         next_held = Held(steering, driver, control, torques, ports, position)
         force = self.drive_force(intent, held.torques)
-        body = body_signals(reaction, self.inertial_unit, motion.path, held.position, sample.road, hand_torque, force)
+        body = self._body(reaction, motion.path, held.position, sample.road, hand_torque, force)
         return State(after, next_held), Output(body, signals, controlled)
+
+    def _body(
+        self,
+        reaction: Reaction,
+        path: Path,
+        position: tuple[Scalar, Scalar],
+        road: Road,
+        hand_torque: Scalar,
+        drive_force: Scalar,
+    ) -> Tree:
+        rolling = reaction.speed > ROLLING
+        sideslip = arctan2(reaction.lateral_speed, where(rolling, reaction.speed, 1.0))
+        return Body(
+            reaction.yaw_rate,
+            self.inertial_unit.lateral_acceleration(reaction),
+            self.inertial_unit.longitudinal_acceleration(reaction),
+            reaction.roll_rate,
+            vehicle_speed(reaction),
+            *reaction.wheel_speeds,
+            reaction.speed,
+            reaction.lateral_speed,
+            where(rolling, sideslip, 0.0),
+            reaction.lateral_acceleration,
+            reaction.yaw_acceleration,
+            reaction.roll_angle,
+            reaction.front_lateral_force,
+            reaction.rear_lateral_force,
+            arctan(reaction.front_slip_angle),
+            *reaction.loads,
+            reaction.self_aligning_torque,
+            reaction.scrub_torque,
+            reaction.kingpin_left + reaction.kingpin_right,
+            hand_torque,
+            drive_force,
+            *path,
+            *position,
+            road.bank_angle,
+            road.grade_angle,
+            0.5 * (road.adhesion_left + road.adhesion_right),
+        )
 
     def drives(self, intent: Intent, reaction: Reaction, torques: Torques) -> tuple[Wheels, Wheels]:
         """Drive torque and maximum brake torque of every wheel [N*m]."""
@@ -286,46 +285,11 @@ class Car:
         torques = tuple(read(name, wanted) if name in waiting else wanted for name, wanted in requested)
         return memory, torques, signals, tuple(kept[name] for name in self.ports)
 
-    def _derivative(
-        self,
-        now: Motion,
-        start: Motion,
-        friction: Memory,
-        sample: Surroundings,
-        intent: Intent,
-        torques: Torques,
-        drive: Wheels,
-        brakes: Wheels,
-    ) -> Motion:
-        steer, hand = self.steering.steer(now.steering), self.steering.hand(now.steering)
-        reaction = self.chassis.reaction(now.chassis, steer, sample.road, sample.wind)
-        hand_torque = self.driver.hand_torque(now.driver, hand, sample.demand)
-        loads = _loads(reaction, hand_torque, torques)
-        return Motion(
-            self.chassis.derivative(now.chassis, reaction, drive, brakes),
-            self.steering.derivative(now.steering, start.steering, friction, loads),
-            self.driver.derivative(now.driver, intent, hand, sample.demand),
-            path_rate(now.path, reaction, sample.road.curvature),
-        )
-
 
 @cache
 def _sample(ports: tuple[str, ...]) -> type:
     return named_tuple(
         "Surroundings", [("road", Road), ("wind", Wind), ("demand", Demand), ("ports", ports_type(ports))]
-    )
-
-
-def _seen(motion: Motion, reaction: Reaction, hand: Hand, road: Road) -> Seen:
-    return Seen(
-        reaction.speed,
-        reaction.longitudinal_acceleration,
-        reaction.lateral_speed,
-        reaction.yaw_rate,
-        motion.path.lateral_offset,
-        motion.path.heading_error,
-        road.curvature,
-        hand,
     )
 
 

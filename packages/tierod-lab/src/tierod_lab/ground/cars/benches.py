@@ -130,7 +130,7 @@ class ColumnBench:
     def derivative(
         self, motion: ColumnMotion, start: ColumnMotion, friction: Scalar, motor_torque: Scalar, acting: Acting
     ) -> ColumnMotion:
-        bar = self._bar(motion)
+        bar = torsion_bar_torque(motion.wheel_angle, motion.gear_angle, self.bar_stiffness)
         coupling = gear_coupling_torque(motion.motor_angle, motion.gear_angle, self.gear_ratio, self.gear_stiffness)
         dry = self.friction.torque(friction, motion.motor_angle - start.motor_angle, motion.motor_rate)
         driving = rippled(motor_torque, motion.motor_angle, self.ripple) + acting.motor_disturbance
@@ -145,9 +145,6 @@ class ColumnBench:
             gear / self.gear_inertia,
         )
 
-    def _bar(self, motion: ColumnMotion) -> Scalar:
-        return torsion_bar_torque(motion.wheel_angle, motion.gear_angle, self.bar_stiffness)
-
     def _wheel_acceleration(self, motion: ColumnMotion, bar: Scalar, acting: Acting) -> Scalar:
         arms = self.arms
         pull = arms.damping * motion.wheel_rate + arms.stiffness * (motion.wheel_angle - acting.held_angle)
@@ -158,7 +155,7 @@ class ColumnBench:
 
     def _signals(self, state: BenchState, given: Scalar, acting: Acting) -> BenchSignals:
         motion = state.motion
-        bar = self._bar(motion)
+        bar = torsion_bar_torque(motion.wheel_angle, motion.gear_angle, self.bar_stiffness)
         from_outside = bar + self.wheel_damping * motion.wheel_rate
         from_outside = from_outside + self.wheel_inertia * self._wheel_acceleration(motion, bar, acting)
         return BenchSignals(

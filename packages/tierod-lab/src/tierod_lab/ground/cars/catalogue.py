@@ -5,8 +5,9 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from operator import attrgetter
 from pathlib import Path
-from typing import Any, NamedTuple, get_args
+from typing import Any, get_args
 
 from tierod import vehicles
 from tierod.core.errors import ParameterError, nearest
@@ -16,7 +17,7 @@ from tierod.core.toml import build, flat, kind_name, override
 from tierod.core.toml_document import Document, Location
 from tierod_lab.ground.cars.benches import ColumnBench, MotorBench
 from tierod_lab.ground.cars.road_cars import ActiveFrontCar, DemonstratorCar, EpsCar, PmEpsCar, SteerByWireCar
-from tierod_lab.ground.chassis import TYRES, SingleTrack, TwoTrack, Tyre
+from tierod_lab.ground.chassis import TYRES, SingleTrack, TwoTrack
 from tierod_lab.ground.parts import Plant
 from tierod_lab.ground.steering.column_eps import ColumnEps
 from tierod_lab.ground.steering.friction import Coulomb, Dahl, DahlPower, LuGre, MaxwellSlip, Stribeck
@@ -69,17 +70,8 @@ def _choice(part: object, annotation: object) -> dict[str, type | None]:
 
 def parts_of(block: object) -> dict[str, str]:
     """Names of the parts in the exchangeable fields of a car, by dotted path."""
-    return {place: _name(_at(block, place)) for place in choices(block)}
-
-
-def _at(block: object, path: str) -> object:
-    for name in path.split("."):
-        block = getattr(block, name)
-    return block
-
-
-def _name(part: object) -> str:
-    return NONE if part is None else kind_name(type(part))
+    parts = {place: attrgetter(place)(block) for place in choices(block)}
+    return {place: NONE if part is None else kind_name(type(part)) for place, part in parts.items()}
 
 
 def with_parts(block: Plant, parts: Mapping[str, str], document: Document, location: Location = ("parts",)) -> Plant:
@@ -87,15 +79,13 @@ def with_parts(block: Plant, parts: Mapping[str, str], document: Document, locat
     # Outer parts come first, since they determine which inner parts exist.
     for place, name in sorted(parts.items(), key=lambda part: part[0].count(".")):
         known = choices(block)
-        if place not in known:
-            raise document.error(
-                (*location, place), f"no part of the car that can be chosen is called '{place}'{nearest(place, known)}"
-            )
-        if name not in known[place]:
-            near = nearest(str(name), known[place])
-            raise document.error((*location, place), f"no {place} is called '{name}'{near}")
-        kind = known[place][name]
         try:
+            if place not in known:
+                what = "no part of the car that can be chosen is called"
+                raise ParameterError(f"{what} '{place}'{nearest(place, known)}")
+            if name not in known[place]:
+                raise ParameterError(f"no {place} is called '{name}'{nearest(str(name), known[place])}")
+            kind = known[place][name]
             block = replaced(block, {place: None if kind is None else kind()})
         except ParameterError as error:
             raise document.error((*location, place), str(error)) from None
@@ -110,23 +100,13 @@ def on_tyres(block: Plant, name: str, document: Document, location: Location) ->
     chassis = getattr(block, "chassis", None)
     if not isinstance(chassis, TwoTrack):
         raise document.error(location, "this car has no tyres to choose from; take one with the chassis two-track")
-    front, rear = (_in_size_of(axle.tyre, known[name]) for axle in (chassis.front, chassis.rear))
-    changed: Plant = replaced(block, {"chassis": chassis.on_tyres(front, rear)})
+    own = (chassis.front.tyre, chassis.rear.tyre)
+    sized = [dataclasses.replace(known[name], radius=each.radius, nominal_load=each.nominal_load) for each in own]
+    changed: Plant = replaced(block, {"chassis": chassis.on_tyres(*sized)})
     return changed
 
 
-def _in_size_of(own: Tyre, other: Tyre) -> Tyre:
-    return dataclasses.replace(other, radius=own.radius, nominal_load=own.nominal_load)
-
-
 SHIPPED = Path(__file__).parent  # Folder of the virtual cars that tierod ships
-
-
-class Sourced(NamedTuple):
-    """Value of a parameter and its source."""
-
-    value: Any
-    source: str
 
 
 @dataclass(frozen=True)
@@ -174,8 +154,7 @@ class VirtualCar:
 
     def source_of(self, path: str) -> str:
         """Source of the value of a parameter; "" if the file does not set it."""
-        given = _sourced(self.file.parameters).get(path)
-        return "" if given is None else given.source
+        return _sourced(self.file.parameters).get(path, (None, ""))[1]
 
     def varied(self, choice: Choice, document: Document, location: tuple[str | int, ...] = ()) -> Plant:
         """The car with other tyres, parts and parameters, as a block.
@@ -216,11 +195,7 @@ def find(given: str, beside: Path | None = None) -> Path:
 
 
 def load(name_or_path: str | Path, beside: Path | None = None) -> VirtualCar:
-    """The virtual car of a shipped name or of a file.
-
-    Args:
-        beside: folder of relative paths; the working directory if None
-    """
+    """The virtual car of a shipped name or of a file; arguments as in `find`."""
     document = Document.read(find(str(name_or_path), beside), "virtual car")
     file = build(CarFile, document.content, document)
     return VirtualCar(file, document, _block(file, document))
@@ -231,19 +206,19 @@ def by_path(table: Mapping[str, Any]) -> dict[str, Any]:
     return dict(flat(table, {"value", "kind"}))
 
 
-def _sourced(parameters: Mapping[str, Any]) -> dict[str, Sourced]:
-    return {
-        path: Sourced(given["value"], str(given.get("source", "")))
-        if isinstance(given, Mapping) and "value" in given
-        else Sourced(given, "")
-        for path, given in by_path(parameters).items()
-    }
+def _sourced(parameters: Mapping[str, Any]) -> dict[str, tuple[Any, str]]:
+    """(value, source) by dotted path."""
+    found = {}
+    for path, given in by_path(parameters).items():
+        own = given if isinstance(given, Mapping) and "value" in given else {"value": given}
+        found[path] = own["value"], str(own.get("source", ""))
+    return found
 
 
 def _block(file: CarFile, document: Document) -> Plant:
     block = with_parts(car_of(file.kind, document), by_path(file.parts), document)
     if file.tyres:
         block = on_tyres(block, file.tyres, document, ("tyres",))
-    values = {path: each.value for path, each in _sourced(file.parameters).items()}
+    values = {path: value for path, (value, _) in _sourced(file.parameters).items()}
     car: Plant = override(block, values, document, ("parameters",), file.name)
     return car

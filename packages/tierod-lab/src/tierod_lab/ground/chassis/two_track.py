@@ -96,12 +96,7 @@ class Kingpins:
     def geometry(
         self, loads: Wheels, hubs: Wheels[Hub], contacts: Wheels[Contact], wheel_radius: Scalar
     ) -> tuple[Scalar, Scalar]:
-        """Torques about the left and the right kingpin due to weight and to longitudinal tyre forces [N*m].
-
-        Args:
-            loads: vertical load of every wheel [N]
-            wheel_radius: radius of the wheels [m]
-        """
+        """Torques about the left and the right kingpin due to weight and to longitudinal tyre forces [N*m]."""
         lever = weight_lever(self.scrub_radius, self.inclination, wheel_radius)
         left, right = scrub_radius_torque(
             contacts.front_left.longitudinal_force, contacts.front_right.longitudinal_force, self.scrub_radius
@@ -197,13 +192,10 @@ class TwoTrack(OnTwoAxles):
 
         The pneumatic trails shift the points at which the axles' forces act.
         """
-        return single_track.understeer_gradient(
-            self.mass,
-            self.front_distance - self._trail(self.front, self.front_load),
-            self.rear_distance + self._trail(self.rear, self.rear_load),
-            self.front.stiffness(self.front_load),
-            self.rear.stiffness(self.rear_load),
-        )
+        axles = ((self.front, self.front_load), (self.rear, self.rear_load))
+        front, rear = (axle.tyre.trail * 0.5 * load / axle.tyre.nominal_load for axle, load in axles)
+        distances = (self.front_distance - front, self.rear_distance + rear)
+        return single_track.understeer_gradient(self.mass, *distances, *(axle.stiffness(load) for axle, load in axles))
 
     def on_tyres(self, front: Tyre, rear: Tyre | None = None) -> Self:
         """The same chassis on other tyres; with one argument, the same tyres front and rear."""
@@ -216,10 +208,6 @@ class TwoTrack(OnTwoAxles):
         for axle, load, wanted in ((self.front, self.front_load, front), (self.rear, self.rear_load, rear)):
             axles.append(replace(axle, compliance=1.0 / wanted - 0.5 / axle.tyre.stiffness(0.5 * load)))
         return replace(self, front=axles[0], rear=axles[1])
-
-    @staticmethod
-    def _trail(axle: Axle, load: float) -> float:
-        return axle.tyre.trail * 0.5 * load / axle.tyre.nominal_load
 
     def init(self, speed: float) -> TwoTrackMotion:
         front, rear = speed / self.front.tyre.radius, speed / self.rear.tyre.radius

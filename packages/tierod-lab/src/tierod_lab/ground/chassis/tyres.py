@@ -23,35 +23,28 @@ class AirForces(NamedTuple):
     yaw_moment: Scalar
 
 
-def air_forces(
-    forward: Scalar, sideways: Scalar, drag_area: Scalar, side_area: Scalar, lead: Scalar, density: Scalar = AIR_DENSITY
-) -> AirForces:
+def air_forces(forward: Scalar, sideways: Scalar, drag_area: Scalar, side_area: Scalar, lead: Scalar) -> AirForces:
     """Aerodynamic forces [N] and yaw moment [N*m] at the centre of gravity.
 
     Args:
-        forward: speed of the car through the air, along the body [m/s]
-        sideways: the same across the body, to the left [m/s]
+        forward, sideways: speed of the car through the air, along and across the body [m/s]
         drag_area: drag coefficient times frontal area [m**2], about 0.65
         side_area: slope of the side force coefficient over the flow angle, times frontal area [m**2], about 5
         lead: distance of the side force ahead of the centre of gravity [m]
-        density: of the air [kg/m**3]
 
     Validity: flow angles up to about 25 degrees, the range of measured slopes; without lift and roll moment.
     Source: Mitschke and Wallentowitz, Dynamik der Kraftfahrzeuge, 5th ed., section 3.1: F = c A rho/2 V^2, with the
     sine of the flow angle in the place of the angle, and drag along the body.
     """
-    pressure = 0.5 * density * sqrt(forward * forward + sideways * sideways)
+    pressure = 0.5 * AIR_DENSITY * sqrt(forward * forward + sideways * sideways)
     side = -side_area * pressure * sideways
     return AirForces(-drag_area * pressure * forward, side, lead * side)
 
 
 def rolling_resistance(load: Scalar, coefficient: Scalar) -> Scalar:
-    """Largest force [N] of the rolling resistance; like dry friction, it holds a wheel at rest on a slight grade.
+    """Largest force [N] of the rolling resistance at a load [N]; it holds a wheel at rest on a slight grade.
 
-    Args:
-        load: vertical load [N]
-        coefficient: 0.008 to 0.015 on asphalt [-]
-
+    The coefficient is 0.008 to 0.015 on asphalt.
     Source: Mitschke and Wallentowitz, Dynamik der Kraftfahrzeuge, 5th ed., section 2.1: F = f Fz.
     """
     return coefficient * load
@@ -63,15 +56,12 @@ def holding_friction(
     """Dry friction [N or N*m] that stops a body, then holds it against the driving force, without reversing its motion.
 
     Args:
-        speed: of the body [m/s or rad/s]
         driving: sum of all other forces or torques on it [N or N*m]
         greatest: largest friction of the brake or the bearing, not negative [N or N*m]
-        inertia: of the body [kg or kg*m**2]
         stopping_time: time constant with which the remaining speed decays [s]; above half the step of an integration
 
-    Coulomb's law in motion (the largest friction opposes it), equilibrium at rest: while the friction suffices, the
-    speed obeys v' = -v/T, so that it decays without a change of sign and nothing creeps. The result is subtracted in a
-    balance.
+    Coulomb's law in motion, equilibrium at rest: while the friction suffices, the speed obeys v' = -v/T, so that it
+    decays without a change of sign and nothing creeps. The result is subtracted in a balance.
     """
     return limit(driving + inertia / stopping_time * speed, -greatest, greatest)
 
@@ -229,20 +219,16 @@ def contact(
     # The mean square of travelling and rolling speed keeps locked and spinning wheels relaxing.
     squared = 0.5 * (hub.along * hub.along + rolling_speed * rolling_speed)
     speed = relaxation_speed(squared, driving * driving + sliding * sliding, tyre.greatest_slip)
-    longitudinal_rate = bounded_relaxation_rate(
-        longitudinal_deflection, driving, speed, tyre.longitudinal_relaxation, TREAD_LAG
-    )
-    lateral_rate = bounded_relaxation_rate(deflection, sliding, speed, tyre.lateral_relaxation, TREAD_LAG)
-    slips = (
-        (longitudinal_deflection + tyre.damping_time * longitudinal_rate) / tyre.longitudinal_relaxation,
-        (deflection + tyre.damping_time * lateral_rate) / tyre.lateral_relaxation,
-    )
-    friction = maximum(adhesion, LEAST_ADHESION) * friction_at_load(
-        load, tyre.nominal_load, tyre.friction, tyre.load_sensitivity
-    )
+    length, side = tyre.longitudinal_relaxation, tyre.lateral_relaxation
+    longitudinal_rate = bounded_relaxation_rate(longitudinal_deflection, driving, speed, length, TREAD_LAG)
+    lateral_rate = bounded_relaxation_rate(deflection, sliding, speed, side, TREAD_LAG)
+    along = (longitudinal_deflection + tyre.damping_time * longitudinal_rate) / length
+    across = (deflection + tyre.damping_time * lateral_rate) / side
+    at_load = friction_at_load(load, tyre.nominal_load, tyre.friction, tyre.load_sensitivity)
+    friction = maximum(adhesion, LEAST_ADHESION) * at_load
     stiffness = stiffness_per_load(load, tyre.nominal_load, tyre.cornering_stiffness, tyre.load_of_greatest)
     forces = combined_forces(
-        slips,
+        (along, across),
         (tyre.longitudinal_stiffness, stiffness),
         (tyre.longitudinal_friction * friction, friction),
         load,
@@ -251,4 +237,4 @@ def contact(
     )
     lever = trail(load, tyre.nominal_load, tyre.trail, forces.angle, tyre.trail_shape)
     lever = lever * limit(hub.along / REVERSING, -1.0, 1.0)
-    return Contact(forces.longitudinal, forces.lateral, lever, longitudinal_rate, lateral_rate, slips[1], friction)
+    return Contact(forces.longitudinal, forces.lateral, lever, longitudinal_rate, lateral_rate, across, friction)

@@ -8,7 +8,6 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
-from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, get_type_hints
 
@@ -60,18 +59,16 @@ def read_table(path: str | Path) -> tuple[str, dict[str, np.ndarray]]:
     The first line that is not a comment names the columns, with a unit if it is not the SI unit: `speed [km/h]`.
     """
     path = Path(path)
-    text = read_text(path, "the course file", ParameterError, "give a CSV file", MOST_DATA_BYTES)
-    lines = text.splitlines()
+    lines = read_text(path, "the course file", ParameterError, "give a CSV file", MOST_DATA_BYTES).splitlines()
     remarks = [line.lstrip("# ").strip() for line in lines if line.startswith("#")]
     rows = [(number, line) for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
     if len(rows) < 3:
         raise ParameterError(f"{path}: a course needs a line of column names and at least two rows of numbers")
     (line, header), *body = rows
-    names, scales = _heading(header, f"{path}, line {line}")
-    values = np.array([_numbers(text, len(names), f"{path}, line {number}") for number, text in body])
+    scales = _heading(header, f"{path}, line {line}")
+    values = np.array([_numbers(text, len(scales), f"{path}, line {number}") for number, text in body])
     columns = {
-        name: np.asarray(convert(values[:, place]), float)
-        for place, (name, convert) in enumerate(zip(names, scales, strict=True))
+        name: np.asarray(convert(own), float) for (name, convert), own in zip(scales.items(), values.T, strict=True)
     }
     for name in ("time", "distance"):
         back = np.flatnonzero(np.diff(columns.get(name, np.arange(2.0))) <= 0.0)
@@ -80,23 +77,21 @@ def read_table(path: str | Path) -> tuple[str, dict[str, np.ndarray]]:
     return " ".join(remarks), columns
 
 
-def _heading(header: str, where: str) -> tuple[list[str], list[Scale]]:
+def _heading(header: str, where: str) -> dict[str, Scale]:
     known = PLACES | {name: unit for name, (_, unit) in known_columns().items()}
-    names: list[str] = []
-    scales: list[Scale] = []
+    scales: dict[str, Scale] = {}
     for text in next(csv.reader([header])):
         match = _HEADING.fullmatch(text)
-        if match is None or match[1] not in known:
-            given = text.strip() if match is None else match[1]
-            raise ParameterError(f"{where}: no column is called '{given}'{nearest(given, known)}")
-        if match[1] in names:
-            raise ParameterError(f"{where}: the column '{match[1]}' is there twice; leave one out")
+        name, unit = match.groups() if match else (text.strip(), None)
+        if name not in known:
+            raise ParameterError(f"{where}: no column is called '{name}'{nearest(name, known)}")
+        if name in scales:
+            raise ParameterError(f"{where}: the column '{name}' is there twice; leave one out")
         try:
-            scales.append(scale(match[2] if match[2] is not None else known[match[1]], known[match[1]]))
+            scales[name] = scale(known[name] if unit is None else unit, known[name])
         except InputError as error:
-            raise ParameterError(f"{where}: column '{match[1]}': {error}") from None
-        names.append(match[1])
-    return names, scales
+            raise ParameterError(f"{where}: column '{name}': {error}") from None
+    return scales
 
 
 def _numbers(text: str, count: int, where: str) -> list[float]:
@@ -138,10 +133,9 @@ class TimeTable(TimeCourse):
         return np.interp(time, instants, speed), rise[np.searchsorted(instants, time, side="right")]
 
     def angle_at(self, time: np.ndarray) -> np.ndarray:
-        table = self._table
-        return np.asarray(
-            np.interp(time, table["time"], table.get("steering_wheel_angle", np.zeros(len(table["time"]))))
-        )
+        instants = self._table["time"]
+        angle = self._table.get("steering_wheel_angle", np.zeros(len(instants)))
+        return np.asarray(np.interp(time, instants, angle))
 
     def columns(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray | float, ahead: float) -> Columns:
         columns = super().columns(time, distance, speed, ahead)
@@ -259,11 +253,15 @@ def shipped() -> tuple[str, ...]:
 def load(name: str | Path) -> AnyCourse:
     """A course, from its name or from a TOML or CSV file."""
     path = find(name)
-    return _from_table(path) if path.suffix.lower() == ".csv" else from_document(Document.read(path, "course"))
+    if path.suffix.lower() != ".csv":
+        return from_document(Document.read(path, "course"))
+    description, table = read_table(path)
+    kind: type[TimeTable | WayTable] = TimeTable if "time" in table else WayTable
+    return kind(name=path.stem, description=description, file=str(path))
 
 
 def find(name: str | Path) -> Path:
-    """Path of a course's file, which need not exist; arguments and errors as in `load`."""
+    """Path of a course's file, which need not exist."""
     known = _data()
     path = known.get(str(name)) or expanded(name)
     if path.suffix.lower() not in (".toml", ".csv"):
@@ -282,12 +280,5 @@ def from_document(document: Document) -> AnyCourse:
     return course if course.name else replace(course, name=document.path.stem)
 
 
-def _from_table(path: Path) -> AnyCourse:
-    description, table = read_table(path)
-    kind: type[TimeTable | WayTable] = TimeTable if "time" in table else WayTable
-    return kind(name=path.stem, description=description, file=str(path))
-
-
 def _data() -> dict[str, Path]:
-    folder = files("tierod_lab.ground.courses") / "data"
-    return {Path(each.name).stem: Path(str(each)) for each in folder.iterdir() if each.name.endswith(".toml")}
+    return {path.stem: path for path in (Path(__file__).parent / "data").glob("*.toml")}

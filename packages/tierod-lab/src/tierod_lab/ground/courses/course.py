@@ -142,15 +142,35 @@ class During:
     ramp: Annotated[float, "s", NOT_NEGATIVE] = 0.0
     every: Annotated[float, "s", POSITIVE] = math.inf
 
+    _unit: ClassVar[str] = "s"
+
     def __post_init__(self) -> None:
-        _in_order(self.start, self.end, "s")
+        if not self.start < self.end:
+            window = f"a window from {self.start:g} to {self.end:g} {self._unit}"
+            raise ParameterError(f"{window} is empty; let its end come after its start")
 
     def share(self, time: np.ndarray, distance: np.ndarray) -> np.ndarray | float | None:
-        return _share(time, self.start, self.end, self.ramp, self.every)
+        return self._share(time)
+
+    def _share(self, place: np.ndarray) -> np.ndarray | float | None:
+        start, end = self.start, self.end
+        if self.every < math.inf:
+            first = start if start > -math.inf else 0.0
+            place = np.where(place < start, place, first + np.mod(place - first, self.every))
+        # Places ascend within a piece, so its ends suffice to see that it lies outside the window.
+        elif place[-1] < start or place[0] > end:
+            return None
+        elif start == -math.inf and end == math.inf:
+            return 1.0
+        if self.ramp == 0.0:
+            return ((place >= start) & (place < end)).astype(float)
+        inside = np.minimum(np.minimum(place - start, end - place) / self.ramp, 1.0)
+        inside = np.maximum(inside, 0.0)
+        return inside * inside * (3.0 - 2.0 * inside)
 
 
 @dataclass(frozen=True)
-class Along:
+class Along(During):
     """Window of a condition along the path, with smooth fading."""
 
     start: Annotated[float, "m", ANY] = -math.inf
@@ -158,35 +178,13 @@ class Along:
     ramp: Annotated[float, "m", NOT_NEGATIVE] = 0.0
     every: Annotated[float, "m", POSITIVE] = math.inf
 
-    def __post_init__(self) -> None:
-        _in_order(self.start, self.end, "m")
+    _unit = "m"
 
     def share(self, time: np.ndarray, distance: np.ndarray) -> np.ndarray | float | None:
-        return _share(distance, self.start, self.end, self.ramp, self.every)
+        return self._share(distance)
 
 
 Window = During | Along
-
-
-def _in_order(start: float, end: float, unit: str) -> None:
-    if not start < end:
-        raise ParameterError(f"a window from {start:g} to {end:g} {unit} is empty; let its end come after its start")
-
-
-def _share(place: np.ndarray, start: float, end: float, ramp: float, every: float) -> np.ndarray | float | None:
-    if every < math.inf:
-        first = start if start > -math.inf else 0.0
-        place = np.where(place < start, place, first + np.mod(place - first, every))
-    # Places ascend within a piece, so its ends suffice to see that it lies outside the window.
-    elif place[-1] < start or place[0] > end:
-        return None
-    elif start == -math.inf and end == math.inf:
-        return 1.0
-    if ramp == 0.0:
-        return ((place >= start) & (place < end)).astype(float)
-    inside = np.minimum(np.minimum(place - start, end - place) / ramp, 1.0)
-    inside = np.maximum(inside, 0.0)
-    return inside * inside * (3.0 - 2.0 * inside)
 
 
 Acting = Callable[[np.ndarray, np.ndarray], Columns]
@@ -278,10 +276,12 @@ class Attention(_Share):
 class _Random:
     window: Window = field(default_factory=During)
 
-    def _within(self, name: str, values: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Acting:
+    _column: ClassVar[str]
+
+    def _within(self, values: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Acting:
         def act(time: np.ndarray, distance: np.ndarray) -> Columns:
             share = self.window.share(time, distance)
-            return {} if share is None else {name: share * values(time, distance)}
+            return {} if share is None else {self._column: share * values(time, distance)}
 
         return act
 
@@ -292,14 +292,13 @@ class _Wandering(_Random):
     shortest: float = 0.0
     longest: float = 0.0
 
-    _column: ClassVar[str]
     _step: ClassVar[float]
     _over_distance: ClassVar[bool] = False
 
     def acting(self, generator: np.random.Generator) -> Acting:
         noise = smooth_noise(generator, self.shortest, self.longest, self._step)
         curve = Repeated(self.deviation * noise, self._step)
-        return self._within(self._column, lambda time, distance: curve.at(distance if self._over_distance else time))
+        return self._within(lambda time, distance: curve.at(distance if self._over_distance else time))
 
 
 @dataclass(frozen=True)
@@ -320,6 +319,8 @@ class Tremor(_Random):
     deviation: Annotated[float, "N*m", NOT_NEGATIVE] = 0.05
     frequency: Annotated[float, "Hz", POSITIVE] = 9.0
 
+    _column = "demand.hand_torque"
+
     def acting(self, generator: np.random.Generator) -> Acting:
         rate, step = 2.0 * math.pi * self.frequency, 0.05
         sine = Repeated(self.deviation * smooth_noise(generator, 0.3, 1.0, step), step)
@@ -328,7 +329,7 @@ class Tremor(_Random):
         def torque(time: np.ndarray, distance: np.ndarray) -> np.ndarray:
             return np.asarray(sine.at(time) * np.sin(rate * time) + cosine.at(time) * np.cos(rate * time))
 
-        return self._within("demand.hand_torque", torque)
+        return self._within(torque)
 
 
 @dataclass(frozen=True)

@@ -166,7 +166,23 @@ class AtSpeed(TimeCourse):
 
 
 @dataclass(frozen=True)
-class StepSteer(AtSpeed):
+class AngleRamp(AtSpeed):
+    """Slow ramp of the steering-wheel angle at one speed; the constant-speed test of ISO 4138."""
+
+    angle: Annotated[float, "rad", ANY] = math.radians(100.0)
+    rate: Annotated[float, "rad/s", POSITIVE] = math.radians(4.0)
+
+    @property
+    def test_time(self) -> float:
+        return abs(self.angle) / self.rate
+
+    def angle_at(self, time: np.ndarray) -> np.ndarray:
+        turned = np.minimum(np.maximum(time - self.settle, 0.0) * self.rate, abs(self.angle))
+        return np.asarray(math.copysign(1.0, self.angle) * turned)
+
+
+@dataclass(frozen=True)
+class StepSteer(AngleRamp):
     """Step of the steering-wheel angle, which is then held; ISO 7401."""
 
     angle: Annotated[float, "rad", ANY] = math.radians(40.0)
@@ -175,15 +191,7 @@ class StepSteer(AtSpeed):
 
     @property
     def test_time(self) -> float:
-        return abs(self.angle) / self.rate + self.hold
-
-    def angle_at(self, time: np.ndarray) -> np.ndarray:
-        return _turned(time - self.settle, self.angle, self.rate)
-
-
-def _turned(since: np.ndarray, angle: float, rate: float) -> np.ndarray:
-    """Angle that moves from zero to an end at a rate [rad]."""
-    return np.asarray(math.copysign(1.0, angle) * np.minimum(np.maximum(since, 0.0) * rate, abs(angle)))
+        return super().test_time + self.hold
 
 
 @dataclass(frozen=True)
@@ -239,21 +247,6 @@ class RandomSteer(AtSpeed):
 
     def angle_at(self, time: np.ndarray) -> np.ndarray:
         return np.asarray(np.interp(time, *self._curve, left=0.0, right=0.0))
-
-
-@dataclass(frozen=True)
-class AngleRamp(AtSpeed):
-    """Slow ramp of the steering-wheel angle at one speed; the constant-speed test of ISO 4138."""
-
-    angle: Annotated[float, "rad", ANY] = math.radians(100.0)
-    rate: Annotated[float, "rad/s", POSITIVE] = math.radians(4.0)
-
-    @property
-    def test_time(self) -> float:
-        return abs(self.angle) / self.rate
-
-    def angle_at(self, time: np.ndarray) -> np.ndarray:
-        return _turned(time - self.settle, self.angle, self.rate)
 
 
 @dataclass(frozen=True)

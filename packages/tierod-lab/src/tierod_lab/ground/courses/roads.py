@@ -101,20 +101,15 @@ class Circuit(WayCourse):
         ends = np.cumsum([section.length for section in self.sections])
         turned = np.cumsum([section.length * section.curvature for section in self.sections])
         corners, headings = np.concatenate([[0.0], ends]), np.concatenate([[0.0], turned])
-        return self._smoothed(place, corners, headings), self._limits(place, ends)
-
-    def _smoothed(self, place: np.ndarray, corners: np.ndarray, headings: np.ndarray) -> np.ndarray:
 
         def heading(where: np.ndarray) -> np.ndarray:
             laps = np.floor(where / self.length)
             return np.asarray(laps * headings[-1] + np.interp(where - laps * self.length, corners, headings))
 
         half = 0.5 * self.transition
-        return np.asarray((heading(place + half) - heading(place - half)) / self.transition)
-
-    def _limits(self, place: np.ndarray, ends: np.ndarray) -> np.ndarray:
         section = np.minimum(np.searchsorted(ends, place, side="right"), len(ends) - 1)
-        return np.asarray(np.minimum(np.array([each.speed for each in self.sections])[section], self.speed))
+        limit = np.minimum(np.array([each.speed for each in self.sections])[section], self.speed)
+        return np.asarray((heading(place + half) - heading(place - half)) / self.transition), np.asarray(limit)
 
     @cached_property
     def way(self) -> Way:
@@ -152,12 +147,9 @@ class DrawnRound(Described):
 
 
 def drawn(number: int) -> Circuit:
-    """A random circuit: bends of 6.5 to 25 m radius, most of them to the left, and speed limits of 9 to 14 m/s.
+    """The random circuit of a number: bends of 6.5 to 25 m radius, most of them to the left, limits of 9 to 14 m/s.
 
     Some circuits have a wet patch, some two halts.
-
-    Args:
-        number: number of the circuit; the same number gives exactly the same circuit
     """
     # The second number separates this random stream from that of `weather`.
     chance = np.random.default_rng([number, 612])
@@ -189,11 +181,7 @@ def drawn(number: int) -> Circuit:
 
 
 def weather(seed: int, length: float) -> tuple[AnyCondition, ...]:
-    """A slope on a part of a circuit, an uneven road, and a light wind.
-
-    Args:
-        length: length of the circuit [m]
-    """
+    """A slope on a part of a circuit of a length [m], an uneven road, and a light wind."""
     chance = np.random.default_rng([seed, 613])
     start, extent = chance.uniform(0.1, 0.5) * length, chance.uniform(0.2, 0.4) * length
     bank, grade = np.radians(chance.uniform(-2.5, 2.5, 2))
@@ -207,9 +195,12 @@ def weather(seed: int, length: float) -> tuple[AnyCondition, ...]:
 Pair = tuple[float, float]  # Range of a random value: lower and upper limit
 
 
-def _in_order(what: str, pair: Pair) -> None:
-    if not pair[0] <= pair[1]:
-        raise ParameterError(f"the {what} is {pair[0]:g} to {pair[1]:g}; give the lower value first")
+def _in_order(part: object, of: str, *names: str) -> None:
+    for name in names:
+        low, high = getattr(part, name)
+        if not low <= high:
+            what = f"{name.replace('_', ' ')} of {of}"
+            raise ParameterError(f"the {what} is {low:g} to {high:g}; give the lower value first")
 
 
 @dataclass(frozen=True)
@@ -222,8 +213,7 @@ class Bends:
     returns: bool = False
 
     def __post_init__(self) -> None:
-        _in_order("radius of bends", self.radius)
-        _in_order("turn of bends", self.turn)
+        _in_order(self, "bends", "radius", "turn")
 
     def draw(self, generator: np.random.Generator, heading: float) -> np.ndarray:
         """Curvature of one bend [1/m]; the further left the heading [rad], the more likely a bend to the right."""
@@ -244,9 +234,7 @@ class Roundabouts:
     share: Annotated[float, "", POSITIVE] = 1.0
 
     def __post_init__(self) -> None:
-        _in_order("radius of roundabouts", self.radius)
-        _in_order("entry radius of roundabouts", self.entry_radius)
-        _in_order("deflection of roundabouts", self.deflection)
+        _in_order(self, "roundabouts", "radius", "entry_radius", "deflection")
 
     def draw(self, generator: np.random.Generator, heading: float) -> np.ndarray:
         """Curvature of one roundabout with exit straight on or to the left [1/m]."""
@@ -276,8 +264,7 @@ class RoadKind:
     hills: Annotated[Pair, "m", POSITIVE] = (150.0, 400.0)
 
     def __post_init__(self) -> None:
-        for name in ("speed", "gap", "halt", "hills"):
-            _in_order(f"{name} of a road", getattr(self, name))
+        _in_order(self, "a road", "speed", "gap", "halt", "hills")
         if not self.bends:
             raise ParameterError("a road needs at least one kind of bends")
 
@@ -363,7 +350,7 @@ class NaturalDrive(WayCourse):
     def duration(self) -> float:
         return self.time
 
-    @cached_property
+    @property
     def stretches(self) -> tuple[tuple[float, RoadKind], ...]:
         return self._built[1]
 
@@ -384,27 +371,21 @@ class NaturalDrive(WayCourse):
             stretches.append((points * STEP, kind))
             end = planned + min(self.cycle, self.time) * kind.share / whole
             while planned < end:
-                piece, before = self._piece(kind, bends, heading)
+                bend = kind.bend(bends, heading)
+                straight = np.zeros(int(bends.uniform(*kind.gap) / STEP))
+                piece = np.concatenate([straight, bend])
+                limit = np.full(len(piece), bends.uniform(*kind.speed))
                 if halts.random() < kind.halts:
-                    stops.append(((points + before) * STEP, halts.uniform(*kind.halt)))
+                    stops.append(((points + len(straight)) * STEP, halts.uniform(*kind.halt)))
                     planned += stops[-1][1]
-                pieces.append(piece)
-                points += len(piece[0])
-                curved = np.sqrt(kind.lateral_acceleration / np.maximum(np.abs(piece[0]), 1e-6))
-                planned += float(np.sum(STEP / np.minimum(piece[1], curved)))
-                heading += float(np.sum(piece[0])) * STEP
+                pieces.append((piece, limit, np.full(len(piece), kind.lateral_acceleration)))
+                points += len(piece)
+                curved = np.sqrt(kind.lateral_acceleration / np.maximum(np.abs(piece), 1e-6))
+                planned += float(np.sum(STEP / np.minimum(limit, curved)))
+                heading += float(np.sum(piece)) * STEP
         curvature, speed, lateral = (np.concatenate(part) for part in zip(*pieces, strict=True))
         slopes = self._slopes(curvature, speed, lateral, stretches)
         return Way(curvature, speed, lateral, slopes, tuple(stops)), tuple(stretches)
-
-    def _piece(
-        self, kind: RoadKind, generator: np.random.Generator, heading: float
-    ) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], int]:
-        shape = kind.bend(generator, heading)
-        straight = np.zeros(int(generator.uniform(*kind.gap) / STEP))
-        curvature = np.concatenate([straight, shape])
-        limit = np.full(len(curvature), generator.uniform(*kind.speed))
-        return (curvature, limit, np.full(len(curvature), kind.lateral_acceleration)), len(straight)
 
     def _slopes(
         self, curvature: np.ndarray, speed: np.ndarray, lateral: np.ndarray, stretches: list[tuple[float, RoadKind]]

@@ -34,30 +34,28 @@ class Way:
         return np.arange(len(self.curvature)) * self.step
 
 
-def bump(arc: float, ramps: float, step: float = STEP) -> np.ndarray:
+def bump(arc: float, ramps: float) -> np.ndarray:
     """Normalised curvature of a bend, with ends that rise and fall like a cosine; its integral is the arc.
 
     Args:
         arc: length of the circular arc with the same change of heading [m]
         ramps: share of the length of the two ends [-]
-        step: spacing [m]
     """
     length = arc / (1.0 - 0.5 * ramps)
-    place = (np.arange(max(int(length / step), 2)) + 0.5) * step / length
+    place = (np.arange(max(int(length / STEP), 2)) + 0.5) * STEP / length
     rise = np.minimum(np.minimum(place, 1.0 - place) / (0.5 * ramps), 1.0)
     return np.asarray(0.5 - 0.5 * np.cos(math.pi * np.clip(rise, 0.0, 1.0)))
 
 
-def across(forward: np.ndarray, left: np.ndarray, step: float = STEP) -> np.ndarray:
+def across(forward: np.ndarray, left: np.ndarray) -> np.ndarray:
     """Curvature of a line of points, on equal steps [1/m].
 
     Args:
         forward, left: coordinates of closely spaced points along the line [m]
-        step: spacing of the result [m]
     """
     heading = np.unwrap(np.arctan2(np.gradient(left), np.gradient(forward)))
     gone = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(forward), np.diff(left)))])
-    return np.asarray(np.interp(np.arange(0.0, gone[-1], step), gone, np.gradient(heading, gone)))
+    return np.asarray(np.interp(np.arange(0.0, gone[-1], STEP), gone, np.gradient(heading, gone)))
 
 
 TICK = 0.02  # Sampling interval of a plan [s]
@@ -107,14 +105,9 @@ class Pace:
 
 
 def reachable(limit: np.ndarray, step: float, acceleration: float, braking: float) -> np.ndarray:
-    """Maximum speed below a limit with bounded acceleration and braking, on equal steps [m/s].
+    """Maximum speed below a limit [m/s] with bounded acceleration and braking [m/s**2], on equal steps [m].
 
     At constant acceleration the squared speed is linear over distance.
-
-    Args:
-        limit: speed limit [m/s]
-        step: spacing [m]
-        acceleration, braking: limits, both positive [m/s**2]
     """
     distance = np.arange(len(limit)) * step
     # Adding the permitted change turns the limit of the slope into a running minimum, without a loop.

@@ -22,7 +22,7 @@ from tierod_lab.ground.faults.behaviours import (
     Behaviour,
     Sluggish,
 )
-from tierod_lab.ground.parts import Demand, Plant, Road, Wind
+from tierod_lab.ground.parts import Demand, Road, Wind
 from tierod_lab.ground.recorder import channel_names, declared_units
 from tierod_lab.ground.sensors import SensorSet
 
@@ -84,35 +84,23 @@ def _around(name: str) -> Meaning | None:
     return meaning(known[rest]) if rest in known else None
 
 
-def _limits_around(name: str) -> Range | None:
-    means = _around(name)
-    return None if means is None else means.limits
-
-
 class Reach:
     """All elements of a car and its sensors that faults can change."""
 
-    def __init__(self, car: Plant | None, sensors: SensorSet):
+    def __init__(self, car: Any, sensors: SensorSet):
         self.car, self.sensors = car, sensors
-
-    @property
-    def _plant(self) -> Plant:
-        assert self.car is not None, "a recording gives its outputs itself"
-        return self.car
 
     @cached_property
     def outputs(self) -> dict[str, str | None]:
         """Unit of every channel of the car, None if it has none."""
-        declared = declared_units(trace(self._plant).output_tree)
-        return {
-            name: SIGNALS[name].unit if name in SIGNALS else declared.get(name) for name in channel_names(self._plant)
-        }
+        declared = declared_units(trace(self.car).output_tree)
+        return {name: SIGNALS[name].unit if name in SIGNALS else declared.get(name) for name in channel_names(self.car)}
 
     @cached_property
     def inputs(self) -> dict[str, str]:
         """Unit of every input of the car by dotted name."""
-        names = [name for name, _ in leaves(skeleton(self._plant.Sample))]
-        return dict(zip(names, units(self._plant.Sample), strict=True))
+        names = [name for name, _ in leaves(skeleton(self.car.Sample))]
+        return dict(zip(names, units(self.car.Sample), strict=True))
 
     @cached_property
     def parameters(self) -> dict[str, Number]:
@@ -188,21 +176,18 @@ class Reach:
 
     def _target(self, role: str, name: str, behaviour: Behaviour) -> Target:
         if role == ACTUATOR and isinstance(behaviour.core, Sluggish):
-            role, name = PARAMETER, self._lag_of(name)
+            lags = [path for path in LAGS.get(name, ()) if path in self.parameters]
+            if not lags:
+                without = f"'{name}' of this car has no time constant that could grow"
+                raise ParameterError(f"{without}; choose another behaviour")
+            role, name = PARAMETER, lags[0]
         if role == PARAMETER:
             number = self.parameters[name]
             return Target(role, name, number.unit, number.value, number.limits)
         if role == SURROUNDING:
-            return Target(role, name, self.inputs[name], limits=_limits_around(name))
+            means = _around(name)
+            return Target(role, name, self.inputs[name], limits=means.limits if means else None)
         return Target(role, name, SIGNALS[name].unit if name in SIGNALS else self.outputs.get(name))
-
-    def _lag_of(self, actuator: str) -> str:
-        path = next((path for path in LAGS.get(actuator, ()) if path in self.parameters), None)
-        if path is None:
-            raise ParameterError(
-                f"'{actuator}' of this car has no time constant that could grow; choose another behaviour"
-            )
-        return path
 
 
 def _chosen(name: str, roles: list[str], behaviour: Behaviour) -> list[str]:

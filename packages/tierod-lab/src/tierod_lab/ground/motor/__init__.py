@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Annotated, NamedTuple, TypeAlias
@@ -61,6 +61,12 @@ class Inverter:
     def longest_voltage(self) -> Scalar:
         """Maximum length of the voltage vector in use [V]."""
         return self.modulation * longest_voltage(self.supply_voltage)
+
+    def made(self, command: StatorVector, current: StatorVector, period: Scalar) -> StatorVector:
+        """Mean voltage over a modulation period [s] that a command makes at a current [A]."""
+        knee = (self.forward_drop, self.knee_current)
+        lost = lost_voltage(current, self.supply_voltage, self.dead_time, period, *knee)
+        return StatorVector(command.alpha - lost.alpha, command.beta - lost.beta)
 
 
 class Warmth(NamedTuple):
@@ -315,7 +321,8 @@ class PmMotor:
         self, state: DriveState, request: Scalar, step: Scalar, senses: Senses, load: Load | None, free: Scalar
     ) -> tuple[DriveState, DriveSignals, Scalar]:
         machine, pole_pairs, period = self.machine, self.machine.pole_pairs, step / self.substeps
-        winding = self._winding(state.warmth)
+        warm = state.warmth
+        winding = Winding(resistance_at(warm.winding, machine.resistance), flux_at(warm.housing, machine.flux))
         now = first = begin(machine, state.rotor, state.linkage, state.dry, winding)
         wanted, longest = self.control.wanted_current(request, pole_pairs), self.inverter.longest_voltage
         control, voltage, command = state.control, state.voltage, state.command
@@ -329,42 +336,26 @@ class PmMotor:
             # The inverter applies the command of the previous sample during this period.
             command, current = control.command, StatorVector(senses.alpha(now.current[0]), senses.beta(now.current[1]))
             control = self.control.step(control, wanted, current, angle, sensed_at, longest, period, pole_pairs)
-            voltage = self._made(command, now.current, period)
+            voltage = self.inverter.made(command, now.current, period)
             now, mean = advance(machine, now, voltage, winding, period, count * period, load, free)
             means.append(mean)
             angle = senses.angle(now.rotor.angle)
             before, electrical = electrical, electrical_angle(angle, pole_pairs)
             sensed_at = turned(sensed_at, electrical - before)
         torque, heat = (sum(values[1:], values[0]) / self.substeps for values in zip(*means, strict=True))
-        warmth = self.warming.after(state.warmth, heat, step)
+        warmth = self.warming.after(warm, heat, step)
         after = DriveState(now.rotor, now.linkage, now.dry, control, voltage, command, warmth)
-        return after, self._signals(state, first, seen, winding, load), torque
-
-    def _winding(self, warmth: Warmth) -> Winding:
-        machine = self.machine
-        return Winding(resistance_at(warmth.winding, machine.resistance), flux_at(warmth.housing, machine.flux))
-
-    def _made(self, command: StatorVector, current: StatorVector, period: Scalar) -> StatorVector:
-        inverter = self.inverter
-        lost = lost_voltage(
-            current, inverter.supply_voltage, inverter.dead_time, period, inverter.forward_drop, inverter.knee_current
-        )
-        return StatorVector(command.alpha - lost.alpha, command.beta - lost.beta)
-
-    def _signals(
-        self, state: DriveState, first: Instant, seen: Sequence[tuple[Scalar, ...]], winding: Winding, load: Load | None
-    ) -> DriveSignals:
-        machine = self.machine
-        return DriveSignals(
+        signals = DriveSignals(
             FineSignals(*map(tuple, zip(*seen, strict=True))),
             torque_of_flux(first.linkage, first.current, machine.pole_pairs),
-            state.warmth.winding,
+            warm.winding,
             self.inverter.supply_voltage,
             electric_power(state.command, first.current) / self.inverter.supply_voltage,
             0.0 if load is None else load(*first.rotor, 0.0),
             machine.friction * first.dry,
             *winding,
         )
+        return after, signals, torque
 
 
 AFS_MOTOR = PmMotor(machine=Machine(friction=0.3))

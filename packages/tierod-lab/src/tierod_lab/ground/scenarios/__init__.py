@@ -142,11 +142,8 @@ def _course_fits(scenario: Scenario) -> None:
     columns = scenario.course.columns(np.zeros(1), np.zeros(1), scenario.course.start.speed, 0.0)
     for name in columns:
         if name not in known:
-            raise scenario.document.error(
-                ("course",),
-                f"the course '{scenario.course.name}' sets '{name}', which the car '{scenario.car_name}' does not have"
-                f"{nearest(name, known)}",
-            )
+            sets = f"the course '{scenario.course.name}' sets '{name}', which the car '{scenario.car_name}'"
+            raise scenario.document.error(("course",), f"{sets} does not have{nearest(name, known)}")
 
 
 def _sensors_fit(scenario: Scenario) -> None:
@@ -154,20 +151,19 @@ def _sensors_fit(scenario: Scenario) -> None:
     given = scenario.document.content.get("sensors", {})
     named = given if isinstance(given, Mapping) else {}
     for name, sensor in scenario.sensors.items():
-        if name in named and name not in channels:
+        if name not in channels:
+            if name in named:
+                near = nearest(name, [each for each in channels if not each.startswith("truth_")])
+                lacks = f"the car '{scenario.car_name}' has no channel '{name}' that a sensor could read{near}"
+                raise scenario.document.error(("sensors", name), lacks)
+            continue
+        fastest = len(channels[name]) / scenario.car.step_time
+        if sensor.rate > fastest * (1.0 + 1e-9):
             raise scenario.document.error(
-                ("sensors", name),
-                f"the car '{scenario.car_name}' has no channel '{name}' that a sensor could read"
-                f"{nearest(name, [each for each in channels if not each.startswith('truth_')])}",
+                ("sensors", name, "rate") if name in named else ("car",),
+                f"the sensor of '{name}' reads {sensor.rate:g} times a second, but the car is computed only "
+                f"{fastest:g} times; give a lower rate",
             )
-        if name in channels:
-            fastest = len(channels[name]) / scenario.car.step_time
-            if sensor.rate > fastest * (1.0 + 1e-9):
-                raise scenario.document.error(
-                    ("sensors", name, "rate") if name in named else ("car",),
-                    f"the sensor of '{name}' reads {sensor.rate:g} times a second, but the car is computed only "
-                    f"{fastest:g} times; give a lower rate",
-                )
 
 
 def named_files(document: Document) -> dict[str, str]:
@@ -180,17 +176,16 @@ def named_files(document: Document) -> dict[str, str]:
 def _collect(content: object, folder: Path, found: dict[str, str]) -> None:
     for text in _texts(content):
         path = folder / text
-        if text in found or path.suffix.lower() not in (".toml", ".csv", ".fmu") or not path.is_file():
+        kind = path.suffix.lower()
+        if text in found or kind not in (".toml", ".csv", ".fmu") or not path.is_file():
             continue
-        found[text] = _digest(path)
-        if path.suffix.lower() == ".toml":
+        if kind == ".fmu":
+            found[text] = sha256_of(path)
+            continue
+        read = read_bytes(path, "the file", ParameterError, most=MOST_DATA_BYTES)
+        found[text] = hashlib.sha256(read).hexdigest()
+        if kind == ".toml":
             _collect(toml(read_text(path, "the file", ParameterError), path, ParameterError), path.parent, found)
-
-
-def _digest(path: Path) -> str:
-    if path.suffix.lower() == ".fmu":
-        return sha256_of(path)
-    return hashlib.sha256(read_bytes(path, "the file", ParameterError, most=MOST_DATA_BYTES)).hexdigest()
 
 
 def _texts(content: object) -> Iterator[str]:

@@ -11,9 +11,9 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from tierod.core.errors import InputError, ParameterError, nearest
+from tierod.core.errors import ParameterError, nearest
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, Range, check_ranges
-from tierod.core.signals import SIGNALS, signal
+from tierod.core.signals import SIGNALS
 from tierod.core.toml import SIGNAL_UNIT, Document, Location, build
 
 
@@ -247,25 +247,24 @@ class SensorSet:
         own = ("preset", "rate", "without", "description")
         start = _start(table, document, location, base)
         if "rate" in table:
-            rate = {"rate": table["rate"]}
-            start = start.at_rate(build(Sensor, rate, document, location).rate)
-        for number, name in enumerate(_names(table, document, location)):
+            start = start.at_rate(build(Sensor, {"rate": table["rate"]}, document, location).rate)
+        left_out = table.get("without", [])
+        if not (isinstance(left_out, list) and all(isinstance(name, str) for name in left_out)):
+            raise document.error((*location, "without"), "'without' has to be a list of names")
+        for number, name in enumerate(left_out):
             if name not in start:
-                raise document.error(
-                    (*location, "without", number), f"no sensor measures '{name}'{nearest(name, start.sensors)}"
-                )
-        start = start.without(table.get("without", ()))
+                near = nearest(name, start.sensors)
+                raise document.error((*location, "without", number), f"no sensor measures '{name}'{near}")
+        start = start.without(left_out)
         changed = {}
         for name, given in table.items():
             if name in own:
                 continue
-            place = (*location, name)
-            try:
-                unit = signal(name).unit
-            except InputError:
-                known = [*own, *SIGNALS]
-                raise document.error(place, f"a sensor cannot measure '{name}'{nearest(name, known)}") from None
-            changed[name] = build(Sensor, given, document, place, base=start.sensors.get(name), signal=unit)
+            place, known = (*location, name), [*own, *SIGNALS]
+            if name not in SIGNALS:
+                raise document.error(place, f"a sensor cannot measure '{name}'{nearest(name, known)}")
+            unit, usual = SIGNALS[name].unit, start.sensors.get(name)
+            changed[name] = build(Sensor, given, document, place, base=usual, signal=unit)
         description = table.get("description", start.description)
         if not isinstance(description, str):
             raise document.error((*location, "description"), "'description' has to be a text")
@@ -287,13 +286,6 @@ def _start(table: Mapping[str, Any], document: Document, location: Location, bas
     except ParameterError as error:
         raise document.error((*location, "preset"), str(error)) from None
     return SensorSet.from_table(file.content, file)
-
-
-def _names(table: Mapping[str, Any], document: Document, location: Location) -> list[str]:
-    names = table.get("without", [])
-    if not (isinstance(names, list) and all(isinstance(name, str) for name in names)):
-        raise document.error((*location, "without"), "'without' has to be a list of names")
-    return names
 
 
 @cache

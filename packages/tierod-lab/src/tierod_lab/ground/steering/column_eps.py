@@ -150,13 +150,8 @@ class ColumnEps:
 
     def _balance(self, motion: ColumnMotion, start: ColumnMotion, memory: ColumnMemory, loads: Loads) -> _Balance:
         resistance = self.linkage.resistance(motion.angle, motion.rate, start.angle, memory.kingpins, loads)
-        friction = self.friction.torque(
-            memory.column,
-            motion.angle - start.angle,
-            motion.rate,
-            resistance.kingpin / self.reference_load,
-            motion.angle,
-        )
+        turned, load = motion.angle - start.angle, resistance.kingpin / self.reference_load
+        friction = self.friction.torque(memory.column, turned, motion.rate, load, motion.angle)
         drive, rotor_acceleration = self._drive(motion)
         drive = drive - friction - resistance.total - viscous(motion.rate, self.damping)
         inertia = self._inertia()

@@ -118,15 +118,13 @@ class RackEps:
 
     def derivative(self, motion: RackMotion, start: RackMotion, memory: RackMemory, loads: Loads) -> RackMotion:
         balance = self._balance(motion, start, memory, loads)
-        motor = self.motor
+        motor, shaft = self.motor, self._shaft(motion)
         return RackMotion(
             motion.rate,
             balance.acceleration,
             motion.speed,
             balance.rack_acceleration,
-            ()
-            if motor is None
-            else motor.torque_rate(motion.motor_torque, loads.actuator_torques[0], self._shaft(motion).rate),
+            () if motor is None else motor.torque_rate(motion.motor_torque, loads.actuator_torques[0], shaft.rate),
             () if self.torsion_bar is None else Wheel(motion.wheel.rate, balance.wheel_acceleration),
         )
 
@@ -157,14 +155,8 @@ class RackEps:
         resistance = self.linkage.resistance(rack.angle, rack.rate, before.angle, memory.kingpins, loads)
         load = resistance.kingpin / self.reference_load
         friction = self.friction.torque(memory.gear, *self._rubbed(motion, start), load, self._rubbing(motion))
-        mesh = self.mesh
-        passed = lash_torque(
-            ratio * motion.angle - motion.position,
-            ratio * motion.rate - motion.speed,
-            mesh.stiffness,
-            mesh.damping,
-            mesh.play,
-        )
+        mesh, apart = self.mesh, (ratio * motion.angle - motion.position, ratio * motion.rate - motion.speed)
+        passed = lash_torque(*apart, mesh.stiffness, mesh.damping, mesh.play)
         (at_pinion, at_rack), (inertia, mass) = self._motor(motion), self._inertias()
         if self.friction_on_rack:
             at_rack = at_rack - friction
