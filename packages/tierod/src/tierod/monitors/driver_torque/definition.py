@@ -26,7 +26,7 @@ from tierod.monitors.driver_torque.design import (
     tuning_at,
     usual_tuning,
 )
-from tierod.monitors.driver_torque.evidence import TRUTH, Drive, DriveFigures, SignalsOverDrive
+from tierod.monitors.driver_torque.evidence import TRUTH, Drive, SignalsOverDrive
 from tierod.monitors.driver_torque.facts import (
     CASES,
     DECISIONS,
@@ -111,7 +111,7 @@ class DriverTorqueSession(BlockSession):
         self.traces = {**self.traces, "true_hand_torque": "N*m"}
         self.signals = (*self.signals, TRUTH)
         self._has_nis, self._remark, self.rules = "nis" not in lacking, remark, FitRules()
-        self._figures = self._figures_of(self._fitted)
+        self._drive = self._drive_of(self._fitted)
         self._truth, self._nis = np.full(delay, np.nan), np.empty(0)
 
     def prepared(self, aligned: Aligned) -> Aligned:
@@ -139,11 +139,11 @@ class DriverTorqueSession(BlockSession):
             # A deviation of zero, so that the identified ratio no longer counts as a guess.
             known = replace(self._given.parameters["motor_ratio"], value=fitted.motor_ratio, standard_deviation=0.0)
             self.vehicle = replace(self._given, parameters={**self._given.parameters, "motor_ratio": known})
-        self._figures = self._figures_of(fitted)
+        self._drive = self._drive_of(fitted)
         self.block = self._build(self.vehicle, fitted.noise, fitted.with_motor)
 
-    def _figures_of(self, fitted: Fitted) -> DriveFigures:
-        return DriveFigures(self.vehicle, self.rate, self._has_nis, fitted.signals)
+    def _drive_of(self, fitted: Fitted) -> Drive:
+        return Drive(self.vehicle, self.rate, self._has_nis, fitted.signals)
 
     def _suited(self, columns: Mapping[str, np.ndarray]) -> Fitted:
         first = slice(round(MEASURED * self.rate))
@@ -168,7 +168,7 @@ class DriverTorqueSession(BlockSession):
         self._nis = result["nis"] / np.where(result["present"] > 0.0, result["present"], np.nan)
         if not self.moved:
             self._fitted.signals.add(signals)
-        self._figures.add(time, signals, result, brief=self.moved)
+        self._drive.add(time, signals, result, brief=self.moved)
 
     def _remarks(self, drive: Drive) -> tuple[Fact, ...]:
         seen = self._fitted.motor_ratio
@@ -182,7 +182,8 @@ class DriverTorqueSession(BlockSession):
         return (CASES["ratio found"].filled(**given, there=there),)
 
     def conclude(self) -> Conclusion:
-        drive, found = self._figures.drive(), self._figures.consistency()
+        drive, found = self._drive, self._drive.consistency()
+        drive.close()
         verdict = judge(drive, self.vehicle, self.name, self.rules, self._remarks(drive))
         fits, unfit = verdict.status.quiet, verdict.status.alarm
         withheld = (TRUTH,) if fits else (TRUTH, *(name for name in self.traces if not (unfit and name == "nis")))

@@ -62,12 +62,9 @@ FIELDS = {
     "log_friction": "friction",
     "bank_angle": "bank_angle",
     "side_force": "side_force",
-    "side_moment": "side_moment",
     "lateral_acceleration_bias": "lateral_acceleration_bias",
     "yaw_rate_bias": "yaw_rate_bias",
     "road_wheel_angle_offset": "road_wheel_angle_offset",
-    "log_steering_friction": "steering_friction",
-    "log_trail": "trail",
 }
 """Unknown of the model -> field of the estimate."""
 
@@ -86,47 +83,35 @@ class CombinedSample(NamedTuple):
 
 
 class CombinedEstimate(NamedTuple):
-    """Estimate after a sample; a `_deviation` is one standard deviation, `identified` the share by which the data
-    reduced the prior variance.
-    """
+    """Estimate after a sample; a `_deviation` is one standard deviation."""
 
     sideslip_angle: Annotated[Scalar, "rad"]
     sideslip_angle_deviation: Annotated[Scalar, "rad"]
     # lateral_speed, corrected_yaw_rate: motion of the centre of gravity, without the gyroscope's bias
     lateral_speed: Annotated[Scalar, "m/s"]
     corrected_yaw_rate: Annotated[Scalar, "rad/s"]
-    # front_slip_angle, rear_slip_angle: slip angles of the axles, positive where the force is to the left
+    # slip angle of the front axle, positive where the force is to the left
     front_slip_angle: Annotated[Scalar, "rad"]
-    rear_slip_angle: Annotated[Scalar, "rad"]
     front_lateral_force: Annotated[Scalar, "N"]
     rear_lateral_force: Annotated[Scalar, "N"]
     self_aligning_torque: Annotated[Scalar, "N*m"]  # torque of the front axle, opposing positive steer
     self_aligning_torque_deviation: Annotated[Scalar, "N*m"]
-    # front_friction_used, rear_friction_used: lateral force over the greatest that the axle can produce now
+    # lateral force over the greatest that the front axle can produce now
     front_friction_used: Annotated[Scalar, ""]
     front_friction_used_deviation: Annotated[Scalar, ""]
-    rear_friction_used: Annotated[Scalar, ""]
     # 1 where front slip exceeds the slip at the tuning's share of the greatest force by the required standard
     # deviations, and the estimate is not held
     limit_ahead: Annotated[Scalar, ""]
     limit_distance: Annotated[Scalar, ""]
     front_stiffness: Annotated[Scalar, ""]
     front_stiffness_deviation: Annotated[Scalar, ""]
-    front_stiffness_identified: Annotated[Scalar, ""]
     rear_stiffness: Annotated[Scalar, ""]
     rear_stiffness_deviation: Annotated[Scalar, ""]
-    rear_stiffness_identified: Annotated[Scalar, ""]
     friction: Annotated[Scalar, ""]
     friction_deviation: Annotated[Scalar, ""]
-    friction_identified: Annotated[Scalar, ""]
     bank_angle: Annotated[Scalar, "rad"]
     bank_angle_deviation: Annotated[Scalar, "rad"]
-    bank_angle_identified: Annotated[Scalar, ""]
     side_force: Annotated[Scalar, "N"]
-    side_force_deviation: Annotated[Scalar, "N"]
-    side_force_identified: Annotated[Scalar, ""]
-    steering_friction: Annotated[Scalar, ""]  # dry friction of the steering, true over given
-    steering_friction_deviation: Annotated[Scalar, ""]
     lateral_acceleration_bias: Annotated[Scalar, "m/s**2"]
     yaw_rate_bias: Annotated[Scalar, "rad/s"]
     road_wheel_angle_offset: Annotated[Scalar, "rad"]
@@ -134,9 +119,6 @@ class CombinedEstimate(NamedTuple):
     readings: Annotated[Scalar, ""]
     held: Annotated[Scalar, ""]  # 1 where nothing could be estimated and the last estimate is held
     restarted: Annotated[Scalar, ""]  # 1 where the filter was lost and restarted
-    # yaw_noise_scale, acceleration_noise_scale: variance of the noise over its minimum, see `NoiseScale`
-    yaw_noise_scale: Annotated[Scalar, ""]
-    acceleration_noise_scale: Annotated[Scalar, ""]
 
 
 class Derived(NamedTuple):
@@ -182,23 +164,18 @@ def derived_fields(filter: KalmanFilter, belief: Belief, inputs: Tree, limit_sha
         "front_friction_used": at.front_friction_used,
         "front_friction_used_deviation": sqrt(variance.front_friction_used),
         "limit_distance": beyond / maximum(sqrt(variance.front_scaled_slip), 1e-9),
-        "rear_friction_used": absolute(forces.rear.lateral) / forces.rear.greatest,
         **_unknowns(filter, belief),
     }
 
 
 def _unknowns(filter: KalmanFilter, belief: Belief) -> dict[str, Scalar]:
-    names = filter.model.State._fields
-    variances = dict(zip(names, diagonal(belief.covariance), strict=True))
-    priors = dict(zip(names, filter.initial_variance, strict=True))
+    variances = dict(zip(filter.model.State._fields, diagonal(belief.covariance), strict=True))
     known: dict[str, Scalar] = {}
     for name, given in FIELDS.items():
         value = getattr(belief.mean, name) if name in variances else 0.0
-        variance, prior = variances.get(name, 0.0), priors.get(name, 1.0)
         scale = exp(value) if name.startswith("log_") else 1.0
         known[given] = scale if name.startswith("log_") else value
-        known[f"{given}_deviation"] = scale * sqrt(variance)
-        known[f"{given}_identified"] = limit(1.0 - variance / prior, 0.0, 1.0) if name in variances else 0.0
+        known[f"{given}_deviation"] = scale * sqrt(variances.get(name, 0.0))
     return {name: value for name, value in known.items() if name in CombinedEstimate._fields}
 
 
@@ -417,15 +394,15 @@ class CombinedSideslip:
         if not self.filter.model.steering:
             seen = seen._replace(road_wheel_angle=after.road_wheel_angle)
         fields = derived_fields(self.filter, after.belief, seen, self.limit_share)
-        missing = self.slip_error * fields["rear_slip_angle"]
+        missing = self.slip_error * fields.pop("rear_slip_angle")
         known = fields["sideslip_angle_deviation"]
         unseen = self.constant_error * self.constant_error + missing * missing
         fields["sideslip_angle_deviation"] = sqrt(known * known + unseen)
         distance = fields.pop("limit_distance")
         steer = after.belief.mean.road_wheel_angle if self.filter.model.steering else seen.road_wheel_angle
         usual = self.filter.parameters.car.tyre_friction * GRAVITY
-        yaw_noise = self.yaw_noise.scale(after.yaw_noise)
-        forced = both(running, self.limit.shown(fields, after.vehicle_speed, steer, usual, yaw_noise))
+        scale = self.yaw_noise.scale(after.yaw_noise)
+        forced = both(running, self.limit.shown(fields, after.vehicle_speed, steer, usual, scale))
         _, near = self.limit_rule.step(self.limit_rule.init(), distance, forced)
         return CombinedEstimate(
             **fields,
@@ -435,8 +412,6 @@ class CombinedSideslip:
             readings=estimate.present,
             held=where(running, 0.0, 1.0),
             restarted=where(lost, 1.0, 0.0),
-            yaw_noise_scale=yaw_noise,
-            acceleration_noise_scale=self.acceleration_noise.scale(after.acceleration_noise),
         )
 
     def _inputs(self, sample: CombinedSample) -> tuple[Tree, Scalar]:
