@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from benchmarks.observer_peers import AugmentedLag, BankOfConstantGains, ByDifferences, ExtendedFilter
+from benchmarks.observer_peers import AugmentedLag, BankOfConstantGains, ByDifferences
 from benchmarks.timing import row, single
 from tierod.core.block import Block
 from tierod.core.graph.trace import trace
@@ -17,7 +17,6 @@ from tierod.monitors.driver_torque.design import ColumnTuning, design, process_n
 from tierod.monitors.driver_torque.observer import DelayedHandTorque, smoothing
 from tierod.monitors.sideslip.estimator import CombinedSideslip
 from tierod.vehicles import load
-from tierod_lab.papers.column.column_friction import ColumnFrictionObserver
 from tierod_lab.papers.column.swept_bench import swept
 
 STEPS = 40_000  # Samples of one run
@@ -77,13 +76,9 @@ def column_comparisons() -> list[Comparison]:
     lagged = DelayedHandTorque.of_parameters(parameters).smoother
     (slow,) = process_noises(system.states, parameters, 1e-3, smoothing(tuning))
     delayed = AugmentedLag(lagged, slow, tuning.variances())
-    friction = ColumnFrictionObserver.of_vehicle(vehicle).filter
     return [
         Comparison("observer-bank", bank, samples, BankOfConstantGains(bank, system), _means(system.states)),
         Comparison("observer-20-ms-later", lagged, samples, delayed, ("smoothed.hand_torque",)),
-        Comparison(
-            "observer-friction", friction, samples, ExtendedFilter(friction), _means(friction.model.State._fields)
-        ),
     ]
 
 

@@ -43,8 +43,7 @@ from tierod.monitors.stuck import StuckSignals
 from tierod.vehicles import load
 from tierod_lab.methods.stationary import StationaryFilter
 from tierod_lab.methods.unscented import UnscentedFilter
-from tierod_lab.papers.column.column_friction import ColumnFrictionObserver
-from tierod_lab.papers.column.control.position_control import PositionControl
+from tierod_lab.papers.column.position_control import ObservedPositionControl, PositionControl
 from tierod_lab.papers.column.printed import PrintedObserver
 from tierod_lab.papers.condition.rules.calibration import ResidualCalibration
 from tierod_lab.papers.condition.rules.parameters import RESIDUALS, Coefficients
@@ -116,7 +115,7 @@ EXAMPLES: dict[type, Callable[[], Any]] = {
         0.05,
     ),
     PositionControl: lambda: PositionControl.design(
-        COLUMN, 140.0, 1e-3, feed_forward=0.9, friction=0.1, disturbance_compensation=0.2
+        COLUMN, 140.0, 1e-3, friction=0.1, disturbance_compensation=0.2
     ),
     Cusum: lambda: Cusum(0.5, 4.0, 20.0),
     GeometricAverage: lambda: GeometricAverage(0.2, 0.8, restart=True),
@@ -165,7 +164,7 @@ EXAMPLES: dict[type, Callable[[], Any]] = {
     RotorFrameObserver: lambda: extended_kalman(DQ_MOTOR, 1e-4),
     MotorAngleMonitor: lambda: MotorAngleMonitor.of_vehicle(load("motor-bench"), 1e-4),
     AnglePlausibility: lambda: AnglePlausibility(Superposition(22.5, 1.0, 140.0)),
-    ColumnFrictionObserver: lambda: ColumnFrictionObserver.of_vehicle(load("column-bench")),
+    ObservedPositionControl: lambda: ObservedPositionControl.of_vehicle(load("column-bench")),
     DelayedHandTorque: lambda: DelayedHandTorque.of_vehicle(load("column-bench")),
     PrintedObserver: lambda: PrintedObserver.of_column(
         load("column-bench").parameters_for(ColumnParameters), "balanced"

@@ -21,14 +21,11 @@ from tierod.models.column_observation import (
 from tierod.models.linear import LinearSystem, sampled
 from tierod.models.steering_column import (
     ColumnParameters,
-    ColumnWithFriction,
-    ColumnWithFrictionParameters,
     SteeringColumn,
     TwoInertiaColumn,
     without_gear,
 )
 from tierod.vehicles import load
-from tierod_lab.papers.column.column_friction import FrictionObservationParameters, with_dahl_friction
 
 DT = 1e-3
 
@@ -73,27 +70,6 @@ def test_it_moves_as_the_column_does(known):
     np.testing.assert_allclose(moved[6:], (1.52, 20.0, 0.2), rtol=1e-12)
     expected = SteeringColumn.output(SteeringColumn.State(*x[:6]), None, known)
     np.testing.assert_allclose(model.output(x, u, p), expected)
-
-
-def test_friction_by_dahl_agrees_with_the_continuous_law(known):
-    friction = ColumnWithFrictionParameters(**vars(known), motor_friction=0.1, motor_friction_stiffness=2.0)
-    observed = observed_column(linear_column(SteeringColumn, known), DT, 1, 1)
-    model = with_dahl_friction(observed.model)
-    p = FrictionObservationParameters(observed.parameters, 0.05, DT)
-    x = model.State(0.3, 5.0, 0.3, 0.05, 1.0, 0.05, 1.5, 0.02, -0.4, 0.1)
-    given = ColumnWithFriction.Input(0.4, 1.5, 0.02)
-    start = [*x[:6], -0.4]
-
-    def slope(t, y):
-        return ColumnWithFriction.derivative(ColumnWithFriction.State(*y), given, friction)
-
-    exact = solve_ivp(slope, (0.0, 5 * DT), start, rtol=1e-10, atol=1e-12).y[:, -1]
-    for _ in range(5):
-        x = model.transition(x, model.Input(0.4), p)
-    assert x.normalised_friction == pytest.approx(exact[6], abs=2e-3)
-    assert x.motor_speed == pytest.approx(exact[1], rel=2e-3)
-    assert (x.friction_level, x.disturbance_torque) == (0.1, 0.02)
-    assert model.output(x, None, p).motor_angle_mechanical == x.motor_angle
 
 
 def test_without_the_motor_angle_or_with_a_wrong_offset(known):

@@ -15,7 +15,7 @@ STUDIES = (
     "friction.reported",
     "motor_angle.study",
     "sideslip.reported",
-    "column.reported",
+    "column.study",
     "fleet.reported",
     "own_car.reported",
 )

@@ -15,7 +15,6 @@ from tierod.methods.identification.column_misfit import misfit
 from tierod.methods.identification.experiment import Experiment, Free
 from tierod.methods.identification.map_search import MapSearch, Prior, Search, considering
 from tierod.methods.identification.maximum_likelihood import Innovations, MaximumLikelihood
-from tierod_lab.papers.column.output_error import OutputError
 
 
 class Level(NamedTuple):
@@ -119,26 +118,6 @@ def test_its_intervals_hold_about_as_often_as_they_say():
         low, high = found.interval("decay")
         held += low < 0.9 < high
     assert 33 <= held <= 40  # 38 expected; 33 or fewer has a probability of 1.4 %
-
-
-def test_without_unrecorded_drive_both_searches_agree():
-    experiment = recorded(6, 0.0)
-    likely = search().fit([experiment])
-    least = OutputError(FirstOrder, Lag(0.8, 0.7), FREE, (NOISE,)).fit([experiment])
-    assert likely.input_deviation[0] < 0.03
-    for name in ("decay", "gain"):
-        assert least[name] == pytest.approx(likely[name], abs=0.5 * least.deviation(name))
-        assert least.deviation(name) == pytest.approx(likely.deviation(name), rel=0.4)
-
-
-def test_the_first_state_can_be_looked_for():
-    experiment = recorded(7, 0.0)
-    ahead = 0.9 ** np.arange(len(experiment.measured))[:, None]
-    shifted = Experiment("late", experiment.inputs, experiment.measured + 5.0 * ahead, (0.0,), (0.01,))
-    held = OutputError(FirstOrder, Lag(0.8, 0.7), FREE, (NOISE,)).fit([shifted])
-    found = OutputError(FirstOrder, Lag(0.8, 0.7), FREE, (NOISE,), ("level",)).fit([shifted])
-    assert found.cost < held.cost - 10.0
-    assert found["decay"] == pytest.approx(0.9, abs=4.0 * found.deviation("decay"))
 
 
 def test_what_is_known_before_holds_a_parameter():

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from tierod.models.linear import LinearSystem, scaled
 
 PBH_TOLERANCE = 1e-7
 """Singular value below which an eigenvector is unobservable (scaled system): rounding moves a double one by 1e-8."""
-
 CLUSTER = 1e-4
 """Distance below which eigenvalues of the scaled system count as one: rounding splits a triple eigenvalue by as much,
 but hardly moves the mean."""
@@ -25,46 +22,19 @@ def pbh_rank(system: LinearSystem) -> int:
     Source: M. L. J. Hautus, 1969.
     """
     A, C, *_ = scaled(system)
-    n = len(A)
-    hidden = 0
-    for eigenvalue in _distinct(np.linalg.eigvals(A)):
-        pencil = np.vstack([A - eigenvalue * np.eye(n), C])
-        hidden += int(np.count_nonzero(np.linalg.svd(pencil, compute_uv=False) < PBH_TOLERANCE))
-    return n - hidden
-
-
-def _distinct(eigenvalues: np.ndarray) -> list[complex]:
-    """Distinct eigenvalues: the mean of each cluster."""
-    left, means = list(eigenvalues), []
+    left, hidden = list(np.linalg.eigvals(A)), 0
     while left:
-        together = [value for value in left if abs(value - left[0]) < CLUSTER]
-        means.append(complex(np.mean(together)))
+        eigenvalue = np.mean([value for value in left if abs(value - left[0]) < CLUSTER])
         left = [value for value in left if abs(value - left[0]) >= CLUSTER]
-    return means
+        pencil = np.vstack([A - eigenvalue * np.eye(len(A)), C])
+        hidden += int(np.count_nonzero(np.linalg.svd(pencil, compute_uv=False) < PBH_TOLERANCE))
+    return len(A) - hidden
 
 
-class Rank(NamedTuple):
-    """Rank of a matrix, with the singular values and the tolerance that decide it."""
-
-    rank: int  # number of singular values above the tolerance
-    tolerance: float
-    singular_values: np.ndarray
-
-    @property
-    def margin(self) -> float:
-        """Ratio of the (logarithmically) nearest singular value to the tolerance: near 1, rounding decides the rank."""
-        values = self.singular_values[self.singular_values > 0.0]
-        if not len(values) or self.tolerance == 0.0:
-            return float("inf")
-        ratios = values / self.tolerance
-        return float(ratios[np.argmin(np.abs(np.log(ratios)))])
-
-
-def default_rank(matrix: np.ndarray) -> Rank:
+def default_rank(matrix: np.ndarray) -> int:
     """Rank with MATLAB's default tolerance: larger dimension times spacing of floats at the largest singular value."""
-    values = np.linalg.svd(matrix, compute_uv=False) if matrix.size else np.zeros(0)
-    tolerance = float(max(matrix.shape) * np.spacing(values[0])) if len(values) else 0.0
-    return Rank(int(np.count_nonzero(values > tolerance)), tolerance, values)
+    values = np.linalg.svd(matrix, compute_uv=False)
+    return int(np.count_nonzero(values > max(matrix.shape) * np.spacing(values[0])))
 
 
 def observability_matrix(A: np.ndarray, C: np.ndarray) -> np.ndarray:
@@ -75,7 +45,7 @@ def observability_matrix(A: np.ndarray, C: np.ndarray) -> np.ndarray:
     return np.vstack(blocks)
 
 
-def unscaled_rank(system: LinearSystem) -> Rank:
+def unscaled_rank(system: LinearSystem) -> int:
     """Rank of the observability matrix in the units of the system, `rank(obsv(A, C))` of MATLAB.
 
     Validity: powers of A grow with the fastest eigenvalue. Where fast and slow modes are three decades apart, six
@@ -85,7 +55,7 @@ def unscaled_rank(system: LinearSystem) -> Rank:
     return default_rank(observability_matrix(system.A, system.C))
 
 
-def scaled_rank(system: LinearSystem) -> Rank:
-    """Rank of the observability matrix of the balanced, shifted and normalised system, see `models.modes.scaled`."""
+def scaled_rank(system: LinearSystem) -> int:
+    """Rank of the observability matrix of the balanced, shifted and normalised system, see `models.linear.scaled`."""
     form = scaled(system)
     return default_rank(observability_matrix(form.A, form.C))

@@ -1,9 +1,9 @@
-"""Column benches with hands that come and go: scores of a monitor of the hands, and thresholds designed on them."""
+"""Column benches with hands that come and go, and scores of a monitor of the hands."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Annotated, NamedTuple
 
@@ -14,12 +14,21 @@ from tierod.core.graph.kernel import kernel
 from tierod.monitors.driver_torque.hands import UNCERTAIN, HandsMonitor
 from tierod_lab.ground.cars.benches import ColumnBench
 from tierod_lab.ground.courses.bench import BenchHands
-from tierod_lab.papers.column.columns import SCATTERED
 
 PIECE = 60.0  # Duration of a simulated piece, so short that its arrays fit into the processor's cache [s]
 STEP = 1e-3  # Sampling interval [s]
 ANGLE_NOISE, ANGLE_STEP, TORQUE_NOISE = math.radians(0.005), math.radians(0.01), 0.01
 """Noise and resolution of the angle sensor, noise of the torque sensor, as on the proving ground [rad, rad, N m]."""
+SCATTERED = (
+    "wheel_inertia",
+    "wheel_damping",
+    "bar_stiffness",
+    "gear_stiffness",
+    "gear_inertia",
+    "motor_inertia",
+    "motor_damping",
+)
+"""Parameters of the bench that are made wrong for the observer of the hands, with the gain of its torque sensor."""
 
 
 class Bench(NamedTuple):
@@ -32,44 +41,29 @@ class Bench(NamedTuple):
     seed: int  # seed of the noise
 
 
-class Piece(NamedTuple):
-    """A piece of a bench run: time [s], samples of angle [rad] and torque [N m], presence of the hands (0 to 1)."""
-
-    time: np.ndarray
-    samples: np.ndarray
-    present: np.ndarray
-
-
 class Score(NamedTuple):
     """Detection delays and false changes of a monitor."""
 
     grabs: np.ndarray  # grabs, releases: detection delays of hands on and hands off [s]; infinite where undetected
     releases: np.ndarray
-    firmness: np.ndarray  # standard deviation of the torque of every hold [N m]
     # false_on, false_off: changes to "on" without hands and to "off" with hands, after the correct first detection
     false_on: int
     false_off: int
-    uncertain: Annotated[float, "s"]  # time in the state "uncertain" [s]
     seconds: Annotated[float, "s"]  # total time [s]
 
 
-def drawn(seed: int, share: float, seconds: float, tremor: float = 0.03) -> Bench:
-    """Draw a bench whose parameters and torque sensor gain are wrong by a share, either way, with a torque offset.
-
-    Args:
-        seconds: duration of its course [s]
-        tremor: standard deviation of the tremor of the hands [N m]
-    """
+def drawn(seed: int, share: float, seconds: float) -> Bench:
+    """Draw a bench whose parameters and torque sensor gain are wrong by a share, either way, with a torque offset."""
     draw = np.random.default_rng([seed, 7])
     plant = ColumnBench()
     ways = draw.choice([-1.0, 1.0], len(SCATTERED) + 1)
     off = {name: getattr(plant, name) * (1.0 + share * way) for name, way in zip(SCATTERED, ways[:-1], strict=True)}
     gain, offset = 1.0 + share * float(ways[-1]), float(draw.normal(0.0, 0.03))
-    return Bench(replace(plant, **off), gain, offset, BenchHands(time=seconds, seed=seed, tremor=tremor), seed)
+    return Bench(replace(plant, **off), gain, offset, BenchHands(time=seconds, seed=seed, tremor=0.03), seed)
 
 
-def pieces(bench: Bench) -> Iterator[Piece]:
-    """Simulate a bench piece by piece."""
+def _pieces(bench: Bench) -> Iterator[np.ndarray]:
+    """Samples of angle [rad] and torque [N m] of a bench, piece by piece."""
     names = kernel(bench.plant).graph.sample
     draw, state = np.random.default_rng([bench.seed, 8]), None
     count, size = round(bench.course.duration / STEP), round(PIECE / STEP)
@@ -84,28 +78,22 @@ def pieces(bench: Bench) -> Iterator[Piece]:
         noise = draw.standard_normal((2, len(time)))
         angle = result["steering_wheel_angle"] + ANGLE_NOISE * noise[0]
         torque = bench.gain * result["driver_torque"] + bench.offset + TORQUE_NOISE * noise[1]
-        samples = np.column_stack([np.round(angle / ANGLE_STEP) * ANGLE_STEP, torque])
-        yield Piece(time, samples, bench.course.held(time)[0])
+        yield np.column_stack([np.round(angle / ANGLE_STEP) * ANGLE_STEP, torque])
 
 
-def scored(monitors: Sequence[HandsMonitor], bench: Bench) -> list[Score]:
-    """Scores of several monitors on one bench."""
-    states: list[Memory | None] = [None] * len(monitors)
-    states_of: list[list[np.ndarray]] = [[] for _ in monitors]
-    for piece in pieces(bench):
-        for place, monitor in enumerate(monitors):
-            result = scan(monitor, piece.samples, states[place])
-            states[place] = result.state
-            states_of[place].append(result["hands"].astype(np.float32))
-    return [score(np.concatenate(each), bench.course) for each in states_of]
+def scored(monitor: HandsMonitor, bench: Bench) -> Score:
+    """Score of a monitor on a bench."""
+    state: Memory | None = None
+    hands = []
+    for samples in _pieces(bench):
+        result = scan(monitor, samples, state)
+        state = result.state
+        hands.append(result["hands"].astype(np.float32))
+    return score(np.concatenate(hands), bench.course)
 
 
 def score(hands: np.ndarray, course: BenchHands) -> Score:
-    """Score the decisions of a monitor against the true course of the hands.
-
-    Args:
-        hands: estimated state of the hands by sample, as from `HandsMonitor`
-    """
+    """Score the decisions of a monitor, its state of the hands by sample, against the true course of the hands."""
     decided = decisions(hands)
     switches, ends = course.switches[:-1], course.switches[1:]
     # An episode that the end of the run cuts off has no complete delay.
@@ -119,9 +107,7 @@ def score(hands: np.ndarray, course: BenchHands) -> Score:
         delays[on].append(right[0] * STEP if len(right) else math.inf)
         if len(right):
             false[not on] += int(np.count_nonzero(np.diff(part[right[0] :]) == (-1.0 if on else 1.0)))
-    firmness = course.firmness[: len(delays[1]), 0]
-    uncertain = float(np.count_nonzero(hands == UNCERTAIN)) * STEP
-    return Score(np.array(delays[1]), np.array(delays[0]), firmness, false[1], false[0], uncertain, len(hands) * STEP)
+    return Score(np.array(delays[1]), np.array(delays[0]), false[1], false[0], len(hands) * STEP)
 
 
 def decisions(hands: np.ndarray) -> np.ndarray:

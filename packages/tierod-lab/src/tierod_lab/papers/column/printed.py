@@ -37,10 +37,6 @@ _SIZES = {"motor_torque": 1.0, "hand_torque": 2.0, "disturbance_torque": 0.1}
 _MEASURED = {"steering_wheel_angle": 1.0, "motor_angle_mechanical": 18.0, "driver_torque": 10.0}
 """Typical outputs for the balancing: a radian of the wheel, as much of the motor, the torque of a turn."""
 
-_SHIFT = 1.0
-"""Decay rate that is added to the column for the balancing, since its angle does not decay [1/s]; 0.1 to 3 give the
-same result."""
-
 
 class PrintedEstimate(NamedTuple):
     """Estimate of the column by an observer of the paper."""
@@ -159,9 +155,7 @@ def reduced(parameters: ColumnParameters, column: str) -> LinearSystem:
     if column == "full":
         return _with_states(full)
     if column.startswith("balanced"):
-        kept = balanced_reduction(
-            full, 4, feed_through=column == "balanced", input_size=_SIZES, output_size=_MEASURED, shift=_SHIFT
-        )
+        kept = balanced_reduction(full, 4, _SIZES, _MEASURED, feed_through=column == "balanced")
         named = kept.physical(*_SHOWN[2:], of=full)
         return replace(named, states=tuple(name.replace(" ", "_") for name in named.states))
     spring = {"series spring": "series", "printed spring": "printed"}.get(column, column)

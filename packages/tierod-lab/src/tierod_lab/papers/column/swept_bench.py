@@ -1,15 +1,14 @@
-"""The bench column swept by its motor while hands turn the wheel, and the errors of observers on such runs."""
+"""The bench column swept by its motor while hands turn the wheel."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.core.block import Block
 from tierod.core.graph import scan
 from tierod.core.graph.maths import limit
 from tierod.models.steering_column import ColumnParameters
@@ -17,13 +16,14 @@ from tierod.vehicles import load
 from tierod_lab.ground.cars.benches import Acting, BenchPorts, BenchSignals, BenchState, ColumnBench
 from tierod_lab.ground.parts import NO_FAULT
 
+STEP = 1e-3  # Sampling interval [s]
 AMPLITUDE = math.radians(30.0)  # Amplitude of the sweep, as in figure 10 of the paper [rad]
-HIGHEST = 3.0
-LOWEST = 0.1  # Highest and lowest frequency of the sweep [Hz]
+LOWEST, HIGHEST = 0.1, 3.0  # Lowest and highest frequency of the sweep [Hz]
 SETTLE = 1.0  # Time at rest before the sweep [s]
 NOISE = {"steering_wheel_angle": math.radians(0.05), "motor_angle_mechanical": math.radians(0.2), "driver_torque": 0.02}
 """Standard deviation of the sensor noise [rad, rad, N·m]."""
-
+SIGNALS = ("motor_torque", "steering_wheel_angle", "motor_angle_mechanical", "driver_torque")
+"""Signals in the order of `ColumnSample`."""
 HANDS = ("steps", "ramps", "free")
 """Behaviours of the hands: steps of 2 N·m after a sine of 1.5 N·m, the same with ramps of 100 ms, hands off."""
 
@@ -64,38 +64,22 @@ class SweptBench:
         return self.bench.step(state, Acting(motor, 0.0, 0.0, sample.hand_torque, 0.0, 0.0, 0.0, BenchPorts(NO_FAULT)))
 
 
-def demands(hands: str, seconds: float, sample_time: float = 1e-3, seed: int = 0, pace: str = "octaves") -> np.ndarray:
-    """Rows of `Demand`: a sweep after a rest, with hands.
-
-    Args:
-        hands: one of `HANDS`
-        seconds: duration [s]
-        sample_time: sampling interval [s]
-        seed: seed of the times at which the hands pull
-        pace: "octaves" for a logarithmic sweep, or "linear", which stays longer at high frequencies
-    """
-    time = np.arange(round(seconds / sample_time)) * sample_time
+def demands(hands: str, seconds: float, seed: int = 0) -> np.ndarray:
+    """Rows of `Demand`: a logarithmic sweep after a rest, with hands, one of `HANDS`."""
+    time = np.arange(round(seconds / STEP)) * STEP
     since = np.maximum(time - SETTLE, 0.0)
-    phase, rate, growth = _swept(since, seconds - SETTLE, pace)
-    rate, growth = (np.where(time < SETTLE, 0.0, each) for each in (rate, growth))
+    low = math.tau * LOWEST
+    growth = math.log(HIGHEST / LOWEST) / (seconds - SETTLE)
+    rate = low * np.exp(growth * since)
+    phase = (rate - low) / growth
+    rate, rise = (np.where(time < SETTLE, 0.0, each) for each in (rate, growth * rate))
     columns = (
         AMPLITUDE * np.sin(phase),
         AMPLITUDE * rate * np.cos(phase),
-        AMPLITUDE * (growth * np.cos(phase) - rate**2 * np.sin(phase)),
+        AMPLITUDE * (rise * np.cos(phase) - rate**2 * np.sin(phase)),
         _hands(hands, time, seed),
     )
     return np.column_stack(columns)
-
-
-def _swept(since: np.ndarray, seconds: float, pace: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Phase of the sweep [rad] and its first and second derivative."""
-    low, high = 2.0 * math.pi * LOWEST, 2.0 * math.pi * HIGHEST
-    if pace == "linear":
-        slope = (high - low) / seconds
-        return (low + 0.5 * slope * since) * since, low + slope * since, np.full(len(since), slope)
-    growth = math.log(high / low) / seconds
-    rate = low * np.exp(growth * since)
-    return (rate - low) / growth, rate, growth * rate
 
 
 def _hands(hands: str, time: np.ndarray, seed: int) -> np.ndarray:
@@ -111,46 +95,23 @@ def _hands(hands: str, time: np.ndarray, seed: int) -> np.ndarray:
     return torque
 
 
-def swept(
-    hands: str, seconds: float = 40.0, seed: int = 0, bench: SweptBench | None = None, pace: str = "octaves"
-) -> dict[str, np.ndarray]:
+def swept(hands: str, seconds: float = 40.0, seed: int = 0, bench: SweptBench | None = None) -> dict[str, np.ndarray]:
     """Simulate a run of the bench: inputs of an observer with sensor noise, and true values.
-
-    Args:
-        hands: one of `HANDS`
-        seconds: duration [s]
-        bench: the plant; the default one where None
-        pace: pace of the sweep, see `demands`
 
     Returns:
         columns by name; `hand_torque`, `disturbance_torque` (of friction) and `steering_wheel_rate` are true values
     """
-    plant = bench or SweptBench()
-    true = scan(plant, demands(hands, seconds, plant.bench.step_time, seed, pace))
+    true = scan(bench or SweptBench(), demands(hands, seconds, seed))
     random = np.random.default_rng([seed, 18])
     columns: dict[str, np.ndarray] = {}
     for name, sigma in NOISE.items():
         columns[name] = true[name] + random.normal(0.0, sigma, len(true))
     columns["motor_torque"] = np.asarray(true["motor_target_torque"])
-    for truth, name in (
-        ("truth_hand_torque", "hand_torque"),
-        ("truth_motor_friction_torque", "disturbance_torque"),
-        ("steering_wheel_rate", "steering_wheel_rate"),
-    ):
-        columns[name] = np.asarray(true[truth])
-    columns["time"] = np.arange(len(true)) * plant.bench.step_time
+    columns["hand_torque"] = np.asarray(true["truth_hand_torque"])
+    columns["disturbance_torque"] = np.asarray(true["truth_motor_friction_torque"])
+    columns["steering_wheel_rate"] = np.asarray(true["steering_wheel_rate"])
+    columns["time"] = np.arange(len(true)) * STEP
     return columns
-
-
-FROM = 0.5  # Warm-up of the observers, which start at rest without further knowledge; errors count after it [s]
-
-SIGNALS = ("motor_torque", "steering_wheel_angle", "motor_angle_mechanical", "driver_torque")
-"""Signals in the order of `ColumnSample`."""
-
-DELAY = 20  # Lag of the delayed estimate in samples: 20 ms
-
-
-Change = Callable[[np.ndarray], np.ndarray]
 
 
 def known_column() -> ColumnParameters:
@@ -158,45 +119,6 @@ def known_column() -> ColumnParameters:
     return load("column-bench").parameters_for(ColumnParameters)
 
 
-@dataclass(frozen=True)
-class Errors:
-    """Root mean square errors of an observer over some runs."""
-
-    hand_torque: float  # error of the hand torque [N m]
-    disturbance_torque: float  # error of the disturbance torque [N m]; NaN where it is not estimated
-    nis: float  # mean normalised innovation squared; NaN where the observer has none
-
-
 def samples(run: Mapping[str, np.ndarray]) -> np.ndarray:
     """Samples of an observer, in the order of `ColumnSample`, (n, 4)."""
     return np.column_stack([run[name] for name in SIGNALS])
-
-
-def rms(parts: Sequence[np.ndarray]) -> float:
-    """Root mean square over all parts; NaN where there is no part."""
-    return float(np.sqrt(np.mean(np.square(np.concatenate(parts))))) if len(parts) else float("nan")
-
-
-def errors(
-    block: Block, runs: Sequence[Mapping[str, np.ndarray]], delay: int = 0, change: Change | None = None
-) -> Errors:
-    """Errors of an observer over some runs.
-
-    Args:
-        block: observer of `ColumnSample`
-        runs: results of `swept`
-        change: function that falsifies the samples before the observer; none where None
-    """
-    hand, disturbance, nis = [], [], []
-    for run in runs:
-        given = samples(run)
-        found = scan(block, given if change is None else change(given))
-        # The estimate of sample k + delay refers to the truth of sample k.
-        late, known = slice(delay, None), slice(len(given) - delay)
-        counted = run["time"][known] > FROM
-        hand.append((found["hand_torque"][late] - run["hand_torque"][known])[counted])
-        if "disturbance_torque" in found.names:
-            disturbance.append((found["disturbance_torque"][late] - run["disturbance_torque"][known])[counted])
-        if "nis" in found.names:
-            nis.append(found["nis"][late][counted])
-    return Errors(rms(hand), rms(disturbance), float(np.mean(np.concatenate(nis))) if nis else float("nan"))

@@ -10,8 +10,6 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from tierod.core.block import Scalar
-from tierod.core.errors import ParameterError
-from tierod.core.fields import NOT_NEGATIVE, POSITIVE, numbers
 from tierod.models.steering_column import TwoInertiaParameters
 
 
@@ -29,16 +27,13 @@ class Reference(NamedTuple):
 class Sweep:
     """Linear sine sweep that fades in from rest."""
 
-    amplitude: Annotated[float, "rad", NOT_NEGATIVE] = math.radians(30.0)  # amplitude; 30 degrees in the paper
+    amplitude: Annotated[float, "rad"] = math.radians(30.0)  # amplitude; 30 degrees in the paper
     # start, stop: first and last frequency; equal ones give a plain sine
-    start: Annotated[float, "Hz", NOT_NEGATIVE] = 0.1
-    stop: Annotated[float, "Hz", NOT_NEGATIVE] = 3.0
-    duration: Annotated[float, "s", POSITIVE] = 30.0  # duration of the sweep; the frequency stays at `stop` after it
+    start: Annotated[float, "Hz"] = 0.1
+    stop: Annotated[float, "Hz"] = 3.0
+    duration: Annotated[float, "s"] = 30.0  # duration of the sweep; the frequency stays at `stop` after it
     # time in which the amplitude grows from zero, with four continuous derivatives
-    fade: Annotated[float, "s", POSITIVE] = 1.0
-
-    def __post_init__(self) -> None:
-        _require_ranges(self)
+    fade: Annotated[float, "s"] = 1.0
 
     def at(self, time: np.ndarray) -> Reference:
         """The reference at given times [s]; zero at negative times."""
@@ -48,44 +43,20 @@ class Sweep:
         rate = math.tau * self.start + growth * under
         phase = (math.tau * self.start + 0.5 * growth * under) * under + rate * (time - under)
         change = np.where(time < self.duration, growth, 0.0)
-        return _scaled(_product(_smooth(time / self.fade, self.fade), _sine(phase, rate, change)), self.amplitude)
-
-    def frequency(self, time: np.ndarray) -> np.ndarray:
-        """Frequency of the sine at given times [Hz]."""
-        share = np.clip(np.asarray(time, float) / self.duration, 0.0, 1.0)
-        return self.start + (self.stop - self.start) * share
+        rise, sine = _smooth(time / self.fade, self.fade), _sine(phase, rate, change)
+        product = (sum(math.comb(n, k) * rise[k] * sine[n - k] for k in range(n + 1)) for n in range(5))
+        return Reference(*(self.amplitude * each for each in product))
 
 
-@dataclass(frozen=True)
-class Step:
-    """Step of the angle, smooth or as a jump."""
-
-    height: Annotated[float, "rad"]  # height of the step
-    time: Annotated[float, "s"] = 0.5  # time at which it begins
-    # rise time, with four continuous derivatives; zero gives a jump, whose derivatives are set to zero because no
-    # column can follow them
-    rise: Annotated[float, "s", NOT_NEGATIVE] = 0.5
-
-    def __post_init__(self) -> None:
-        _require_ranges(self)
-
-    def at(self, time: np.ndarray) -> Reference:
-        """The reference at given times [s]."""
-        since = np.asarray(time, float) - self.time
-        if self.rise > 0.0:
-            return _scaled(_smooth(since / self.rise, self.rise), self.height)
-        return _scaled(_reference(np.where(since >= 0.0, 1.0, 0.0), *[np.zeros_like(since)] * 4), self.height)
-
-
-def _sine(phase: np.ndarray, rate: np.ndarray, change: np.ndarray) -> Reference:
+def _sine(phase: np.ndarray, rate: np.ndarray, change: np.ndarray) -> list[np.ndarray]:
     s, c = np.sin(phase), np.cos(phase)
-    return _reference(
+    return [
         s,
         rate * c,
         change * c - rate**2 * s,
         -3.0 * change * rate * s - rate**3 * c,
         (rate**4 - 3.0 * change**2) * s - 6.0 * change * rate**2 * c,
-    )
+    ]
 
 
 @cache
@@ -96,31 +67,11 @@ def _polynomials() -> tuple[np.polynomial.Polynomial, ...]:
     return (rise, *(rise.deriv(order) for order in range(1, 5)))
 
 
-def _smooth(share: np.ndarray, duration: float) -> Reference:
+def _smooth(share: np.ndarray, duration: float) -> list[np.ndarray]:
     inside = (share > 0.0) & (share < 1.0)
     bounded = np.clip(share, 0.0, 1.0)
     values = [polynomial(bounded) / duration**order for order, polynomial in enumerate(_polynomials())]
-    return _reference(values[0], *(np.where(inside, value, 0.0) for value in values[1:]))
-
-
-def _product(a: Reference, b: Reference) -> Reference:
-    return _reference(*(sum(math.comb(n, k) * a[k] * b[n - k] for k in range(n + 1)) for n in range(5)))
-
-
-def _scaled(reference: Reference, factor: float) -> Reference:
-    return _reference(*(factor * value for value in reference))
-
-
-def _reference(*values: np.ndarray | float) -> Reference:
-    return Reference(*values)  # type: ignore[arg-type]  # every field holds a value per instant
-
-
-def _require_ranges(instance: object) -> None:
-    for name, number in numbers(instance).items():
-        if not math.isfinite(number.value) or (number.limits and not number.limits.holds(number.value)):
-            raise ParameterError(
-                f"{name} is {number.value} {number.unit}; expected {number.limits or 'a finite number'}"
-            )
+    return [values[0], *(np.where(inside, value, 0.0) for value in values[1:])]
 
 
 class ColumnMotion(NamedTuple):
@@ -131,16 +82,11 @@ class ColumnMotion(NamedTuple):
     motor_speed: Annotated[float, "rad/s"]
     steering_wheel_angle: Annotated[float, "rad"]
     motor_angle: Annotated[float, "rad"]
-    steering_wheel_acceleration: Annotated[float, "rad/s**2"]  # acceleration of the steering wheel
     motor_torque: Annotated[float, "N*m"]  # torque at the motor shaft, without dry friction and hands
 
 
 def advanced(reference: Reference, time: Scalar) -> Reference:
-    """The reference at a later time, by its Taylor series.
-
-    Args:
-        time: time ahead [s], short against the periods of the reference
-    """
+    """The reference at a later time [s], short against its periods, by its Taylor series."""
     angle, rate, acceleration, jerk, snap = reference
     half, third = 0.5 * time, time / 3.0
     return Reference(
@@ -183,4 +129,4 @@ def motion_for(reference: Reference, column: TwoInertiaParameters, output_stiffn
     speed = ratio * (r1 + more * bar_rate)
     motor_acceleration = ratio * (r2 + more * (inertia * r4 + damping * jerk))
     torque = column.motor_inertia * motor_acceleration + column.motor_damping * speed + bar / ratio
-    return ColumnMotion(rate, speed, angle, ratio * (r + more * bar), acceleration, torque)
+    return ColumnMotion(rate, speed, angle, ratio * (r + more * bar), torque)
