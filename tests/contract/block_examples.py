@@ -56,7 +56,7 @@ from tierod_lab.papers.friction.variance_method import RollingVariance, Variance
 from tierod_lab.papers.motor_angle.feedforward import FeedforwardAngle
 from tierod_lab.papers.motor_angle.observers import RotorFrameObserver, extended_kalman, luenberger
 from tierod_lab.papers.motor_angle.variants import PrintedMotorObserver, monitor_with
-from tierod_lab.papers.sideslip.conventional import (
+from tierod_lab.papers.sideslip.observers import (
     ConventionalKalman,
     ConventionalPoles,
     conventional_kalman,
@@ -64,7 +64,6 @@ from tierod_lab.papers.sideslip.conventional import (
 )
 from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle
 from tierod_lab.papers.sideslip.two_stage import TwoStagePoles, two_stage_kalman, two_stage_poles
-from tierod_lab.papers.sideslip.typical_cars import LeakyKinematic
 
 DT = 0.01
 BENCH = load("column-bench").parameters_for(BenchParameters)
@@ -114,9 +113,7 @@ EXAMPLES: dict[type, Callable[[], Any]] = {
         ("steering_wheel_angle", "driver_torque", "yaw_rate", "wheel_speed_rear_left"),
         0.05,
     ),
-    PositionControl: lambda: PositionControl.design(
-        COLUMN, 140.0, 1e-3, friction=0.1, disturbance_compensation=0.2
-    ),
+    PositionControl: lambda: PositionControl.design(COLUMN, 140.0, 1e-3, friction=0.1),
     Cusum: lambda: Cusum(0.5, 4.0, 20.0),
     GeometricAverage: lambda: GeometricAverage(0.2, 0.8, restart=True),
     HeldThreshold: lambda: HeldThreshold(0.5, 3),
@@ -144,7 +141,6 @@ EXAMPLES: dict[type, Callable[[], Any]] = {
     RefinedFrictionMonitor: lambda: consistent(CAR),
     LinearisedFrictionMonitor: lambda: linearised(CAR, steering_ratio_growth=0.06),
     RollingVariance: lambda: RollingVariance(50, 40),
-    LeakyKinematic: lambda: LeakyKinematic(DT, 1.5),
     CombinedSideslip: lambda: CombinedSideslip.of_vehicle(load("midsize-eps"), DT),
     DriverTorqueMonitor: lambda: DriverTorqueMonitor(
         ColumnObserver.of_vehicle(load("column-bench"), 1e-3),

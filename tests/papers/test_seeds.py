@@ -14,7 +14,7 @@ from tierod_lab.papers.seeds import APART, ReportedSeeds
 STUDIES = (
     "friction.reported",
     "motor_angle.study",
-    "sideslip.reported",
+    "sideslip.study",
     "column.study",
     "fleet.reported",
     "own_car.reported",

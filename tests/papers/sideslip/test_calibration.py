@@ -8,7 +8,7 @@ import pytest
 
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.recording import Channel, Recording
-from tierod.monitors.sideslip.tuning import THROUGH_A_COLUMN, CombinedTuning, tuning_of
+from tierod.monitors.sideslip.tuning import tuning_of
 from tierod.vehicles import load
 from tierod_lab.papers.sideslip.calibration import BesideTruth, beside_truth, calibrated, with_parameters
 
@@ -79,12 +79,3 @@ def test_a_vehicle_file_names_the_noises_of_its_estimator():
     assert found.log_friction is None
     assert found.side_force is None
     assert found.lateral_acceleration_bias.deviation == CAR["lateral_acceleration_wander"]
-
-
-def test_a_vehicle_file_without_noises_has_the_usual_ones():
-    assert tuning_of(load("steer-by-wire")) == CombinedTuning()
-
-
-def test_an_angle_that_comes_through_a_column_is_unsure():
-    assert tuning_of(load("midsize-eps")).road_wheel_angle_offset == THROUGH_A_COLUMN
-    assert tuning_of(load("ferrari-250lm")).road_wheel_angle_offset is None

@@ -11,8 +11,7 @@ import pytest
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.vehicles import load
-from tierod_lab.papers.sideslip.conventional import conventional_kalman, conventional_poles
-from tierod_lab.papers.sideslip.observer import LowSpeed, ObserverSample
+from tierod_lab.papers.sideslip.observers import LowSpeed, conventional_kalman, conventional_poles
 from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle
 from tierod_lab.papers.sideslip.two_stage import two_stage_kalman, two_stage_poles
 
@@ -49,7 +48,7 @@ def turning(speed, count=600, steer=0.02):
     return np.tile([speed, yaw_rate, steer, torque], (count, 1)), sideslip, torque
 
 
-@pytest.mark.parametrize("speed", [2.0, 6.7, 25.0, 60.0])
+@pytest.mark.parametrize("speed", [2.0, 25.0])
 def test_in_a_steady_turn_they_find_sideslip_and_torque_exactly(observer, speed):
     samples, sideslip, torque = turning(speed)
     result = scan(observer, samples)
@@ -70,13 +69,11 @@ def test_they_run_from_standstill_to_the_highest_speed_and_back_without_a_leap(o
     assert np.nanmax(np.abs(result["sideslip_angle"] - truth)) < 1e-3
 
 
-@pytest.mark.parametrize("how", ["stand", "backwards", "no speed", "no torque", "nothing"])
+@pytest.mark.parametrize("how", ["stand", "backwards", "no torque", "nothing"])
 def test_where_nothing_is_identifiable_the_last_estimate_is_held_and_its_variance_grows(observer, how):
     samples, sideslip, _ = turning(10.0)
     rest = samples.copy()
     rest[:, 0] = {"stand": 0.0, "backwards": -3.0}.get(how, 10.0)
-    if how == "no speed":
-        rest[:, 0] = np.nan
     if how == "no torque":
         rest[:, 3] = np.nan
     if how == "nothing":
@@ -120,32 +117,11 @@ def test_compensated_friction_hides_nothing_in_a_slow_turn_of_the_wheel(observer
     assert result["self_aligning_torque"][-1] == pytest.approx(settled(speed, steer[-1])[2], rel=0.1)
 
 
-def test_a_sample_is_made_of_finite_numbers():
-    seen = LowSpeed(0.5).seen(ObserverSample(math.nan, 0.1, 0.1, math.nan))
-    assert not seen.running
-    assert math.isfinite(seen.vehicle_speed)
-    assert math.isfinite(seen.road_wheel_torque)
-
-
-def test_friction_is_the_only_part_that_is_not_linear():
-    free = conventional_kalman(dataclasses.replace(CAR, road_wheel_friction=0.0), DT)
-    samples, _, _ = turning(10.0, 200)
-    once, twice = scan(free, samples), scan(free, samples * [1.0, 2.0, 2.0, 2.0])
-    np.testing.assert_allclose(twice["sideslip_angle"], 2.0 * once["sideslip_angle"], atol=1e-12)
-
-
 @pytest.mark.parametrize("build", OBSERVERS.values(), ids=list(OBSERVERS))
-def test_a_car_whose_torque_shows_nothing_is_refused_with_the_state(build):
+def test_a_car_that_cannot_be_followed_is_refused_with_the_reason(build):
     with pytest.raises(ParameterError, match="does not depend on sideslip_angle"):
         build(dataclasses.replace(CAR, mechanical_trail=-CAR.pneumatic_trail), DT)
-
-
-@pytest.mark.parametrize("build", OBSERVERS.values(), ids=list(OBSERVERS))
-def test_a_steering_too_stiff_for_the_step_is_refused_with_the_eigenvalue(build):
     with pytest.raises(ParameterError, match=r"eigenvalue of -\d+"):
         build(dataclasses.replace(CAR, road_wheel_friction=900.0, road_wheel_inertia=1.0), DT)
-
-
-def test_a_sample_time_that_is_none_is_refused():
     with pytest.raises(ParameterError, match="sample time"):
-        conventional_kalman(CAR, 0.0)
+        build(CAR, 0.0)

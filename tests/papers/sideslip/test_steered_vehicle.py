@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from tierod.models.linear import linearise
 from tierod.models.single_track import SingleTrack
 from tierod.vehicles import load
+from tierod_lab.papers.sideslip.axles import TORQUE_SHARE, Axles, Slips
 from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle, TorqueShownVehicle, aligning_torque
 
 VEHICLE = load("steer-by-wire")
@@ -55,17 +57,33 @@ def test_its_eigenvalues_at_the_speed_of_the_test():
     )
 
 
-def test_aligning_torque_and_yaw_rate_always_show_both_states():
-    p = VEHICLE.parameters_for(TorqueShownVehicle.Parameters)
-    system = linearise(TorqueShownVehicle, p, (0.0, 0.0), (0.0, 25.0))
-    trail = p.mechanical_trail + p.pneumatic_trail
-    stiffness = trail * p.front_cornering_stiffness
-    np.testing.assert_allclose(system.C, [[0.0, 1.0], [-stiffness, -stiffness * p.front_distance / 25.0]])
-    np.testing.assert_allclose(system.D[:, 0], [0.0, stiffness])
-    assert np.linalg.det(system.C) == pytest.approx(stiffness)
-
-
 def test_positive_steer_gives_an_aligning_torque_against_it():
     p = VEHICLE.parameters_for(TorqueShownVehicle.Parameters)
     torque = aligning_torque(SingleTrack.State(0.0, 0.0), SingleTrack.Input(0.01, 20.0), p)
     assert torque == pytest.approx(0.053 * 100e3 * 0.01)
+
+
+def test_errors_that_know_nothing_of_each_other_add_by_their_squares():
+    axles = Axles(1.2, 1.4, 0.01, 0.1, 0.2, 0.3)
+    steady = Slips(0.02, 0.01, 0.02, 0.01)
+    expected = math.hypot(0.1 * 0.02, 0.2 * 0.01, TORQUE_SHARE * 0.3 * 0.02)
+    assert math.sqrt(axles.variance(steady)) == pytest.approx(expected)
+
+
+def test_tyres_follow_a_step_over_the_rolled_distance():
+    axles = Axles(1.2, 1.4, 0.01, 0.0, 0.0, 0.0, front_relaxation=0.5, rear_relaxation=0.25)
+    slips = Slips(0.0, 0.0, 0.0, 0.0)
+    for _ in range(10):
+        slips = axles.follow(slips, 0.0, 0.0, 0.03, 5.0, True)
+    assert slips.front == pytest.approx(0.03)
+    late = 0.03 * math.exp(-5.0 * 0.1 / 0.5)
+    assert slips.front - slips.front_late == pytest.approx(late)
+    assert math.sqrt(axles.variance(slips)) == pytest.approx(late)
+
+
+def test_a_vehicle_file_shows_deviations_and_lengths():
+    car = load("steer-by-wire")
+    axles = Axles(1.33, 1.31, 0.01).of_vehicle(car)
+    assert axles.front_stiffness_deviation == pytest.approx(0.1)
+    assert axles.trail_deviation == pytest.approx(math.hypot(0.003, 0.006) / (0.023 + 0.03))
+    assert axles.rear_relaxation == pytest.approx(car["relaxation_length"] * car["rear_relaxation_ratio"])

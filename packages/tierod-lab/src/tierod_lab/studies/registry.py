@@ -75,10 +75,7 @@ STUDIES: Mapping[str, Study] = {
                 "paper": "What the paper says",
                 "observers": "The two observers",
                 "combined": "The combined estimator",
-                "cars": "Real cars",
-                "unprepared": "Real cars with typical tyres and default noises",
-                "blocks": "Race laps by blocks",
-                "slow": "Small cars at walking pace",
+                "cars": "A real car",
             },
         ),
         Study(

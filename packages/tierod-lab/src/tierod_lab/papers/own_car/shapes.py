@@ -7,13 +7,35 @@ from typing import Any
 
 from tierod.core.fields import replaced
 from tierod_lab.ground.cars import catalogue
-from tierod_lab.papers.sideslip import combined_datasets
+from tierod_lab.ground.chassis import TwoTrack, Tyre
+from tierod_lab.ground.chassis.two_track import Axle, Kingpins
+
+
+def _light_chassis() -> TwoTrack:
+    """A light quadricycle with two seats: 450 kg, short, narrow tyres of low pressure, rear engine; assumed."""
+    tyre = Tyre(
+        radius=0.25, nominal_load=1100.0, cornering_stiffness=16.0, friction=0.9, lateral_relaxation=0.3, trail=0.015
+    )
+    return TwoTrack(
+        mass=450.0,
+        yaw_inertia=305.0,
+        front_distance=0.95,
+        rear_distance=0.74,
+        centre_height=0.6,
+        roll_inertia=80.0,
+        drag_area=0.7,
+        side_area=3.0,
+        side_force_lead=0.2,
+        front=Axle(1.10, 0.03, 10.6e3, 380.0, 0.0, 0.4, tyre),
+        rear=Axle(1.09, 0.06, 8.6e3, 310.0, 0.0, 0.4, tyre),
+        kingpins=Kingpins(mechanical_trail=0.015, scrub_radius=0.02, inclination=0.15),
+    ).with_axle_stiffness(21.3e3, 29.8e3)
 
 
 def quadricycle() -> Any:
     """A light quadricycle with rear drive and the column EPS of a small car."""
     car: Any = catalogue.load("small-eps").block
-    chassis = combined_datasets.quadricycle()
+    chassis = _light_chassis()
     radius = chassis.front.tyre.radius
     steering = replace(car.steering, reference_load=1.0)
     steering = replaced(steering, {"friction.level": 1.5, "linkage.reference_load": chassis.front_load})

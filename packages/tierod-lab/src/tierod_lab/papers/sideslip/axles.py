@@ -45,10 +45,6 @@ class Axles:
     front_relaxation: Annotated[float, "m", POSITIVE] = 0.4
     rear_relaxation: Annotated[float, "m", POSITIVE] = 0.4
 
-    @staticmethod
-    def start() -> Slips:
-        return Slips(0.0, 0.0, 0.0, 0.0)
-
     def follow(
         self,
         before: Slips,
@@ -58,14 +54,7 @@ class Axles:
         speed: Scalar,
         running: Scalar,
     ) -> Slips:
-        """Slip angles after one sample; held where the observer does not run.
-
-        Args:
-            sideslip_angle: estimated [rad]
-            yaw_rate: estimated [rad/s]
-            road_wheel_angle: estimated [rad]
-            speed: vehicle speed, above zero [m/s]
-        """
+        """Slip angles after one sample; held where the observer does not run."""
         across = speed * sideslip_angle
         front = front_slip_speed(across, yaw_rate, speed, road_wheel_angle, self.front_distance) / speed
         rear = rear_slip_speed(across, yaw_rate, self.rear_distance) / speed

@@ -132,47 +132,29 @@ def calibrated(
     from scipy.optimize import least_squares
 
     names = tuple(names)
-    start, spread = prior(vehicle, names)
+    start = np.array([vehicle[name] for name in names])
+    spreads = [vehicle.parameters[name].standard_deviation for name in names]
+    if unknown := [name for name, each in zip(names, spreads, strict=True) if not each]:
+        raise ParameterError(
+            f"the vehicle '{vehicle.name}' gives no standard deviation of {', '.join(unknown)}, which limits how far a "
+            "fit may change it; add standard_deviation to its table"
+        )
+    spread = np.array(spreads, float)
 
     def with_moved(moved: np.ndarray) -> Vehicle:
         return with_parameters(vehicle, dict(zip(names, (start + spread * moved).tolist(), strict=True)))
 
     def residuals(moved: np.ndarray) -> np.ndarray:
-        return np.concatenate([weighted(beside_truth(recording, with_moved(moved), rate), until, rate, MEMORY), moved])
+        """Errors weighted to one term per independent error, and the deviations from the prior."""
+        seen = beside_truth(recording, with_moved(moved), rate)
+        counted = (seen.time > seen.time[0] + SETTLING) & (seen.time < until) & np.isfinite(seen.error)
+        # The clip bounds the cost of a filter that is lost.
+        error = np.clip(seen.error[counted][::EVERY], -1.0, 1.0)
+        return np.concatenate([math.sqrt(EVERY / rate / MEMORY) / EXPECTED * error, moved])
 
-    found = least_squares(
-        residuals, np.zeros(len(names)), bounds=(-FARTHEST, FARTHEST), diff_step=1e-3, x_scale=1.0, max_nfev=20
-    )
+    bounds = (-FARTHEST, FARTHEST)
+    found = least_squares(residuals, np.zeros(len(names)), bounds=bounds, diff_step=1e-3, x_scale=1.0, max_nfev=20)
     return with_moved(found.x)
-
-
-def weighted(seen: BesideTruth, until: float, rate: float, memory: float) -> np.ndarray:
-    """Errors weighted to one term per independent error; `memory` is the time after which two are independent [s]."""
-    # The clip bounds the cost of a filter that is lost.
-    error: np.ndarray = np.clip(seen.error[judged(seen, until)][::EVERY], -1.0, 1.0)
-    return math.sqrt(EVERY / rate / memory) / EXPECTED * error
-
-
-def judged(seen: BesideTruth, until: float) -> np.ndarray:
-    """Whether each sample counts in the fit, which ends at `until` [s]."""
-    counted: np.ndarray = (seen.time > seen.time[0] + SETTLING) & (seen.time < until) & np.isfinite(seen.error)
-    return counted
-
-
-def prior(vehicle: Vehicle, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Values and standard deviations of the parameters that a fit may change, (n,) each.
-
-    Raises:
-        ParameterError: the vehicle lacks one, or its standard deviation
-    """
-    start = np.array([vehicle[name] for name in names])
-    spread = [vehicle.parameters[name].standard_deviation for name in names]
-    if unknown := [name for name, each in zip(names, spread, strict=True) if not each]:
-        raise ParameterError(
-            f"the vehicle '{vehicle.name}' gives no standard deviation of {', '.join(unknown)}, which limits how far a "
-            "fit may change it; add standard_deviation to its table"
-        )
-    return start, np.array(spread, float)
 
 
 def with_parameters(vehicle: Vehicle, values: Mapping[str, float], source: str = "fitted to sideslip") -> Vehicle:

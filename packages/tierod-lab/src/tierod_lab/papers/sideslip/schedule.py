@@ -30,10 +30,6 @@ def stationary_covariance(
 ) -> Spread:
     """Steady-state covariances of an observer with a fixed gain under process and measurement noise.
 
-    Args:
-        gain: K of x = x- + K (y - C x-)
-        process: process noise variance of each state per sample
-
     Source: P = (I - K C)(A P A' + Q)(I - K C)' + K R K' (Joseph), solved for P.
     """
     from scipy.linalg import solve_discrete_lyapunov

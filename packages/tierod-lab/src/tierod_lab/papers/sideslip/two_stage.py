@@ -1,4 +1,7 @@
-"""The two-stage observer: the steering gives the aligning torque, and this and the yaw rate give the sideslip."""
+"""The two-stage observer: the steering gives the aligning torque, and this and the yaw rate give the sideslip.
+
+Source: Yih, Ryu, Gerdes, Vehicle state estimation using steering torque (2004), eqs (18) to (25).
+"""
 
 from __future__ import annotations
 
@@ -13,18 +16,18 @@ from tierod.core.fields import NOT_NEGATIVE
 from tierod.core.graph.maths import present, where
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.observers import Luenberger
-from tierod.models.linear import discretise, linearise
+from tierod.models.linear import linearise
 from tierod.models.steer_by_wire import DisturbedSteering
 from tierod_lab.methods.pole_placement import discrete_poles, observer_gain
 from tierod_lab.papers.sideslip.axles import Axles
-from tierod_lab.papers.sideslip.observer import (
+from tierod_lab.papers.sideslip.observers import (
     Found,
+    LowSpeed,
     ObserverNoise,
     Seen,
     SteeringTorqueObserver,
-    finer_steps,
-    low_speed,
     require_observable,
+    sampled_of,
 )
 from tierod_lab.papers.sideslip.schedule import (
     Design,
@@ -39,7 +42,7 @@ from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle, TorqueSho
 DISTURBANCE_POLES = (-60.0, -65.0, -70.0)
 """Poles of the disturbance observer [1/s]; three times as fast as the vehicle at the test speed, slightly apart."""
 
-FACTOR = 2.0
+TWO_STAGE_FACTOR = 2.0
 """Poles of the vehicle's observer over those of the vehicle; more passes more of the disturbance observer's error."""
 
 STEERING_START = (0.3**2, 0.5**2, 100.0**2)
@@ -53,23 +56,9 @@ class Stages(NamedTuple):
     vehicle: Tree
 
 
-def sampled_steering(sample_time: float) -> Any:
-    """Discrete model of the steering with its disturbance."""
-    return discretise(DisturbedSteering, "midpoint", finer_steps(sample_time))
-
-
-def sampled_vehicle(sample_time: float) -> Any:
-    """Discrete model of the vehicle observed through yaw rate and aligning torque."""
-    return discretise(TorqueShownVehicle, "midpoint", finer_steps(sample_time))
-
-
 @dataclass(frozen=True)
 class TwoStageKalman(SteeringTorqueObserver):
     """Both stages with Kalman gains; those of the second adapt to the speed through the covariance.
-
-    Args:
-        steering: Kalman filter of the discrete `DisturbedSteering`
-        vehicle: Kalman filter of the discrete `TorqueShownVehicle`
 
     Source: Yih, Ryu, Gerdes, eqs (18) to (20) and (22) to (24).
     """
@@ -107,17 +96,12 @@ class TwoStageKalman(SteeringTorqueObserver):
 class TwoStagePoles(SteeringTorqueObserver):
     """Both stages with placed poles; those of the second are placed at every speed.
 
-    Args:
-        steering: observer of the discrete `DisturbedSteering`
-        vehicle: observer of the discrete `TorqueShownVehicle`
-        torque_variance: variance of the aligning torque [N2 m2]
-
     Source: Yih, Ryu, Gerdes, eqs (18) to (25).
     """
 
     steering: Luenberger
     vehicle: ScheduledObserver
-    torque_variance: Annotated[float, "N**2*m**2", NOT_NEGATIVE]
+    torque_variance: Annotated[float, "N**2*m**2", NOT_NEGATIVE]  # variance of the aligning torque
 
     def _start(self) -> Tree:
         return Stages(self.steering.init(), self.vehicle.start())
@@ -155,9 +139,7 @@ def measured_torque(seen: Seen, torque: Scalar) -> Scalar:
     return where(present(seen.road_wheel_angle), torque, float("inf"))
 
 
-def two_stage_kalman(
-    p: SteeredVehicle.Parameters, sample_time: float, noise: ObserverNoise | None = None
-) -> TwoStageKalman:
+def two_stage_kalman(p: SteeredVehicle.Parameters, sample_time: float) -> TwoStageKalman:
     """The two-stage observer of a car with Kalman gains.
 
     Args:
@@ -167,7 +149,7 @@ def two_stage_kalman(
         ParameterError: a car that the observer cannot follow, see `require_observable`
     """
     require_observable(p, sample_time)
-    noise = noise or ObserverNoise()
+    noise = ObserverNoise()
     model, process, reading = _steering(noise, sample_time)
     steering = KalmanFilter(
         model, model.Parameters(_part(p, DisturbedSteering), sample_time), (0.0,) * 3, STEERING_START, process, reading
@@ -176,39 +158,35 @@ def two_stage_kalman(
     vehicle = KalmanFilter(
         inner, inner.Parameters(_part(p, TorqueShownVehicle), sample_time), (0.0,) * 2, VEHICLE_START, own, readings
     )
-    return TwoStageKalman(low_speed(p), Axles(p.front_distance, p.rear_distance, sample_time), steering, vehicle)
+    return TwoStageKalman(LowSpeed.of(p), Axles(p.front_distance, p.rear_distance, sample_time), steering, vehicle)
 
 
 def two_stage_poles(
     p: SteeredVehicle.Parameters,
     sample_time: float,
-    factor: float = FACTOR,
-    disturbance_poles: tuple[float, float, float] = DISTURBANCE_POLES,
-    noise: ObserverNoise | None = None,
+    factor: float = TWO_STAGE_FACTOR,
 ) -> TwoStagePoles:
     """The two-stage observer of a car with placed poles.
 
     Args:
         sample_time: sampling interval [s]
         factor: poles of the vehicle's observer over those of the vehicle
-        disturbance_poles: poles of the first stage [1/s]
-        noise: noise of sensors and model, for the standard deviations
 
     Raises:
         ParameterError: a car that the observer cannot follow, see `require_observable`, or an observer that is not
             stable at every speed
     """
     require_observable(p, sample_time)
-    noise = noise or ObserverNoise()
+    noise = ObserverNoise()
     model, process, reading = _steering(noise, sample_time)
     # Dry friction is not linear, so the gain is designed without it; the observer itself includes it.
     free = dataclasses.replace(_part(p, DisturbedSteering), road_wheel_friction=0.0)
     system = linearise(model, model.Parameters(free, sample_time), (0.0,) * 3, (0.0,))
-    gain = observer_gain(system, discrete_poles(disturbance_poles, sample_time))
+    gain = observer_gain(system, discrete_poles(DISTURBANCE_POLES, sample_time))
     spread = stationary_covariance(system, np.array(gain), process, reading).corrected
     steering = Luenberger(model, model.Parameters(_part(p, DisturbedSteering), sample_time), (0.0,) * 3, gain)
     return TwoStagePoles(
-        low_speed(p),
+        LowSpeed.of(p),
         Axles(p.front_distance, p.rear_distance, sample_time),
         steering,
         _second(p, sample_time, factor, noise),
@@ -244,12 +222,16 @@ def decoupled(design: Design, factor: float, sample_time: float) -> np.ndarray:
 def _steering(noise: ObserverNoise, sample_time: float) -> tuple[Any, tuple[float, ...], tuple[float, ...]]:
     process = (0.02 * noise.road_wheel_rate, noise.road_wheel_rate, noise.self_aligning_torque)
     variances = tuple(q * q * sample_time for q in process)
-    return sampled_steering(sample_time), variances, (noise.road_wheel_angle_reading**2,)
+    return sampled_of(DisturbedSteering, sample_time), variances, (noise.road_wheel_angle_reading**2,)
 
 
 def _vehicle(noise: ObserverNoise, sample_time: float) -> tuple[Any, tuple[float, ...], tuple[float, ...]]:
     process = (noise.sideslip_angle**2 * sample_time, noise.yaw_rate**2 * sample_time)
-    return sampled_vehicle(sample_time), process, (noise.yaw_rate_reading**2, noise.torque_variance(sample_time))
+    return (
+        sampled_of(TorqueShownVehicle, sample_time),
+        process,
+        (noise.yaw_rate_reading**2, noise.torque_variance(sample_time)),
+    )
 
 
 def _part(p: SteeredVehicle.Parameters, model: Any) -> Any:

@@ -14,7 +14,7 @@ from tierod.monitors.session import Session, Variant
 from tierod.monitors.sideslip.definition import PAPER, Opener, SideslipSession, refuse_slow
 from tierod.monitors.sideslip.facts import DECISIONS
 from tierod.vehicles import Vehicle
-from tierod_lab.papers.sideslip.conventional import conventional_kalman, conventional_poles
+from tierod_lab.papers.sideslip.observers import conventional_kalman, conventional_poles
 from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle
 from tierod_lab.papers.sideslip.two_stage import two_stage_kalman, two_stage_poles
 
