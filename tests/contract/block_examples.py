@@ -80,9 +80,6 @@ SET_UPS = {"AlarmWatch", "ClosedLoop", "EnergyAudit", "Replay", "SweptBench"}
 PARTS = {
     "AllResiduals",
     "AngleObserver",
-    "BareFeedforward",
-    "BareLuenberger",
-    "BareReduced",
     "ConditionJudge",
     "Decision",
     "FaultReaction",

@@ -10,7 +10,6 @@ from tierod.models.linear import linearise
 from tierod.models.stator_frame_motor import MotorParameters, SampledMotorParameters, StatorFrameMotor
 from tierod.physics.clarke_park import RotorVector, direction, inverse_park
 from tierod.vehicles import load
-from tierod_lab.papers.motor_angle.bare_observers import BareFeedforward, BareLuenberger, BareReduced
 from tierod_lab.papers.motor_angle.feedforward import FeedforwardAngle
 from tierod_lab.papers.motor_angle.observers import (
     DqMotor,
@@ -125,24 +124,6 @@ def test_the_feedforward_holds_the_angle_of_a_slow_motor():
     held = scan(FeedforwardAngle(FIXED), steady(2.0, 5.0, seconds=0.3))
     assert held["standing"].all()
     assert (held["motor_angle"] == held["motor_angle"][0]).all()
-
-
-def test_the_bare_equations_that_are_counted_are_the_right_ones():
-    resistance, inductance, inertia, damping = 0.05, 1e-4, 1.2e-4, 4e-4
-    speed, time = 60.0, 1e-4 * np.arange(6000)
-    angle, quadrature = speed * time, damping * speed / TORQUE
-    turned = np.exp(4j * angle)
-    current = 1j * quadrature * turned
-    voltage = (resistance + 4j * speed * inductance) * current + 1j * EMF * speed * turned
-    seen = np.column_stack([voltage.real, voltage.imag, current.real, current.imag, angle])
-    assert scan(BareLuenberger(), seen)["motor_speed"][-1] == pytest.approx(speed, rel=0.01)
-    gain = (-300.0 + damping / inertia) * inductance / EMF
-    known = [gain, resistance, inductance, EMF, TORQUE, inertia, damping]
-    reduced = scan(BareReduced(), np.column_stack([seen, np.tile(known, (len(seen), 1))]))
-    assert reduced["motor_speed"][-1] == pytest.approx(speed, rel=0.01)
-    found = scan(BareFeedforward(), seen)["electrical_angle"]
-    away = np.angle(np.exp(2j * (found - 4.0 * angle)))[1000:] / 2.0  # half turns are left open
-    assert np.abs(away).max() < 0.05
 
 
 @pytest.mark.parametrize(

@@ -94,7 +94,6 @@ STUDIES: Mapping[str, Study] = {
                 "angles": "Which of three angles is wrong",
                 "salient": "Salient motors, and loads that step",
                 "identified": "Parameters from a drive",
-                "real": "A recording of a real drive",
             },
         ),
         Study(

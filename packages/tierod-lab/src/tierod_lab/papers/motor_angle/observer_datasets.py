@@ -1,8 +1,8 @@
-"""Errors of the observers on the bench, in the car and on a real drive, what a step costs, and identification."""
+"""Errors of the observers on the bench and in the car, what a step costs, and identification."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 from typing import NamedTuple
@@ -12,11 +12,9 @@ import numpy as np
 from tierod.core.block import Block
 from tierod.core.graph import scan
 from tierod.core.graph.analysis import operation_count
-from tierod.core.recording import Recording
-from tierod.io.readers import read
 from tierod.methods.identification.motor import identify_motor
-from tierod.models.stator_frame_motor import CommandedMotorParameters, MotorParameters, SampledMotorParameters
-from tierod.monitors.motor_angle.observer import MotorAngleObserver, MotorAngleTuning
+from tierod.models.stator_frame_motor import CommandedMotorParameters, MotorParameters
+from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.vehicles import load
 from tierod_lab.ground import courses
 from tierod_lab.ground.cars import catalogue
@@ -25,7 +23,6 @@ from tierod_lab.ground.integration import Varied
 from tierod_lab.ground.motor import AFS_MOTOR, Inverter, Warming
 from tierod_lab.ground.run import run
 from tierod_lab.ground.sensors import SensorSet
-from tierod_lab.papers.motor_angle.bare_observers import BareFeedforward, BareLuenberger, BareReduced
 from tierod_lab.papers.motor_angle.bench import (
     FLUX,
     INDUCTANCE,
@@ -46,7 +43,6 @@ from tierod_lab.papers.motor_angle.drawn_motors import drawn, parameter_errors, 
 from tierod_lab.papers.motor_angle.feedforward import FeedforwardAngle
 from tierod_lab.papers.motor_angle.observers import extended_kalman, luenberger, reduced_luenberger
 from tierod_lab.papers.motor_angle.salient_bench import fast_drive, salient_drive, salient_monitor
-from tierod_lab.papers.real_data import path_of
 from tierod_lab.studies.metrics import Row
 
 PAPER: dict[str, Callable[..., Block]] = {
@@ -88,25 +84,17 @@ PRINTED_PRODUCTS = {"Luenberger": 19, "reduced Luenberger": 24, "Kalman filter":
 
 
 def operations(task: None) -> list[Row]:
-    """Multiplications and divisions of one step, from the stator's axes to the angle, counted from the traced graph.
+    """Multiplications of one step, from the stator's axes to the angle, counted from the traced graph.
 
-    The bare equations, by Euler's method with both Park transforms, neither begin nor miss samples.
+    Each observer begins at the sensor's angle and carries on while samples are missing, besides what the paper counts.
     """
     dq, fixed = parameters()
-    observers = {name: make(dq, SAMPLE_TIME, load=False) for name, make in PAPER.items()}
-    observers["feedforward"] = FeedforwardAngle(fixed)
-    bare: dict[str, Block] = {"Luenberger": BareLuenberger(), "reduced Luenberger": BareReduced()}
-    bare["feedforward"] = BareFeedforward()
+    blocks = {name: make(dq, SAMPLE_TIME, load=False) for name, make in PAPER.items()}
+    blocks["feedforward"] = FeedforwardAngle(fixed)
     rows: list[Row] = []
-    for name, observer in observers.items():
-        printed = PRINTED_PRODUCTS[name]
-        row: dict[str, float | str | bool] = {"observer": name, "printed": printed}
-        row["observed"] = operation_count(observer).multiplications
-        if name in bare:
-            alone = operation_count(bare[name])
-            products = alone.multiplications + alone.divisions
-            row |= {"bare": products, "away": abs(products - printed)}
-        rows.append(row)
+    for name, printed in PRINTED_PRODUCTS.items():
+        count = operation_count(blocks[name]).multiplications
+        rows.append({"observer": name, "printed": printed, "observed": count, "over_printed": count / printed})
     return rows
 
 
@@ -290,55 +278,3 @@ def identified(seed: int) -> list[Row]:
     """
     motor, known = drawn(seed), load("motor-bench").parameters_for(MotorParameters)
     return parameter_errors(motor, identify_motor(known, {"drive": recording(motor.driven(seed), motor.temperature)}))
-
-
-ASSUMED = MotorParameters(0.2, 5e-4, 0.132, 1.0, 1e-3, 1e-3)
-"""Assumed parameters of the real drive, from its maker's program where it states them.
-
-One pole pair makes all angles electrical ones. Inertia and damping are placeholders without effect at constant speed.
-"""
-_FINE = 2e-4
-"""Sampling interval of the interpolated recording for the observers [s]; its own is too long for their integration."""
-
-
-def real_drive(task: None) -> list[Row]:
-    """A recording of a small drive whose rotor a current vector drags at 6 Hz; its current is counted out of the motor.
-
-    The drive's own estimate of its angle, which differs from an encoder by 0.07 rad itself, is no truth.
-    """
-    path = path_of("pmsm_drive", "SigRecSaveE.mat")
-    if not path.exists():
-        return []
-    samples, own = _dragged(read(path))
-    fixed = SampledMotorParameters(**vars(ASSUMED), sample_time=_FINE)
-    # Resistance and flux are not identifiable with the angle at one speed and current.
-    held = MotorAngleTuning(resistance_wander=0.0, first_resistance=1e-3, flux_wander=0.0, first_flux=0.02)
-    observers: dict[str, Block] = {
-        "default": MotorAngleObserver(fixed, held),
-        "feedforward": FeedforwardAngle(fixed),
-    }
-    rows: list[Row] = []
-    for name, observer in observers.items():
-        away = np.exp(1j * (scan(observer, samples)["motor_angle"] - own))[len(own) // 3 :]
-        mean = float(np.angle(away.mean()))
-        rows.append({"what": name, "mean": mean, "deviation": float(np.std(np.angle(away * np.exp(-1j * mean))))})
-    return rows
-
-
-def _dragged(found: Recording) -> tuple[np.ndarray, np.ndarray]:
-    """Samples of an observer with the currents turned round, by splines, and the drive's own estimate [rad]."""
-    from scipy.interpolate import CubicSpline
-
-    def values(names: Sequence[str]) -> list[np.ndarray]:
-        return [found[name].values for name in names]
-
-    axes = ("alpha", "beta")
-    time = found["motor_current_alpha"].time
-    (turns,) = values([name for name in found.names if name.rpartition(".")[2] == "SlessThetaHat"])
-    fine = np.arange(time[0] + _FINE, time[-1], _FINE)
-    own = CubicSpline(time, np.unwrap(2.0 * np.pi * turns))(fine)
-    currents = [-CubicSpline(time, each)(fine) for each in values([f"motor_current_{axis}" for axis in axes])]
-    # The observers take a voltage as mean over the sample, which the antiderivative of the spline gives exactly.
-    sums = [CubicSpline(time, each).antiderivative() for each in values([f"motor_voltage_{axis}" for axis in axes])]
-    voltages = [(each(fine) - each(fine - _FINE)) / _FINE for each in sums]
-    return np.column_stack([*currents, *voltages, own]), own

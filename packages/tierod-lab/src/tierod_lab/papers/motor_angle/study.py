@@ -1,4 +1,4 @@
-"""The study of the motor's angle: observers, motors unlike the vehicle file, sensor faults, a real drive."""
+"""The study of the motor's angle: observers, motors unlike the vehicle file, sensor faults."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from tierod_lab.papers.motor_angle import observer_datasets as observers
 from tierod_lab.papers.motor_angle.monitor_datasets import AngleCase
 from tierod_lab.papers.motor_angle.observer_datasets import COLD, FAST, HELD, HOT, RAMP, CarDrive, Case
 from tierod_lab.papers.motor_angle.sensor_faults import STUCK, drift, offset
-from tierod_lab.papers.real_data import NO_DATA
 from tierod_lab.papers.seeds import ReportedSeeds
 from tierod_lab.studies import engine
 from tierod_lab.studies.charts import Curves, chart
@@ -132,7 +131,6 @@ DATASETS = (
         observers.identified,
         lambda effort: seeds("parameters from a drive", 4, 50, effort),
     ),
-    Dataset("real", "A real drive", observers.real_drive, lambda effort: [None], missing=NO_DATA),
 )
 """The datasets, in the order of the report."""
 

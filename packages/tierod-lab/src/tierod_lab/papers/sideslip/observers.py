@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
-from tierod.core.graph.derivatives import jacobian
 
 from tierod.core.block import Scalar, Tree
 from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
+from tierod.core.graph.analysis import jacobian
 from tierod.core.graph.maths import all_of, limit, maximum, present, sqrt, where
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.linear_algebra import congruence
