@@ -9,29 +9,9 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks import (
-    bank,
-    can_decode,
-    diagnose_hour,
-    fault_memory,
-    filters,
-    monitors,
-    observers,
-    on_board,
-    simulate_eps_car,
-)
+from benchmarks import can_decode, diagnose_hour, filters, monitors, observers, on_board, simulate_eps_car
 
-MODULES = (
-    monitors,
-    filters,
-    bank,
-    on_board,
-    observers,
-    can_decode,
-    diagnose_hour,
-    simulate_eps_car,
-    fault_memory,
-)
+MODULES = (monitors, filters, on_board, observers, can_decode, diagnose_hour, simulate_eps_car)
 
 
 def main() -> int:

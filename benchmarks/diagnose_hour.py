@@ -14,7 +14,7 @@ import numpy as np
 from benchmarks.filters import EnabledFilter, matrices, nanoseconds_per_step
 from benchmarks.timing import row
 from tierod.io.writers import write
-from tierod.models.friction_estimation import FrictionParameters
+from tierod.models.steering_column import FrictionParameters
 from tierod.vehicles import load
 from tierod_lab.ground import drive
 from tierod_lab.papers.friction.presets import printed

@@ -6,16 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.dependency_floor import floor
 from benchmarks.timing import fastest, in_lanes, row, single
 from tierod.core.block import Block, Tree
-from tierod.core.graph import Stream, trace
+from tierod.core.graph import Stream
 from tierod.core.graph.maths import sign
 from tierod.core.graph.printer import LANES
 from tierod.methods.estimators.kalman import KalmanFilter
-from tierod.models.friction_estimation import FrictionEstimation, FrictionParameters
+from tierod.models.steering_column import FrictionParameters
 from tierod.monitors.friction.signals import FrictionGate
 from tierod.vehicles import load
+from tierod_lab.papers.friction.joint_model import FrictionEstimation
 from tierod_lab.papers.friction.presets import printed
 from tierod_lab.papers.friction.refined import FrictionSample
 
@@ -55,7 +55,6 @@ def run() -> list[dict]:
     monitor = printed(load("midsize-eps").parameters_for(FrictionParameters))
     block = EnabledFilter(monitor.filter, monitor.gate)
     peer = nanoseconds_per_step(_samples(20_000), matrices(block), REPEATS)
-    lower = floor(trace(block))
     samples, stretches = _samples(STEPS), _samples(LANE_STEPS, LANES)
     values = {
         "filter-single": single(block, samples, REPEATS)[0],
@@ -64,9 +63,7 @@ def run() -> list[dict]:
         "push-named": _push(block),
         "push-bound": _push_bound(block),
     }
-    rows = [row(name, value, "ns/step", "filterpy", peer) for name, value in values.items()]
-    rows[0] |= {"dependency_floor_ns": lower, "times_floor": values["filter-single"] / lower}
-    return rows
+    return [row(name, value, "ns/step", "filterpy", peer) for name, value in values.items()]
 
 
 def matrices(block: EnabledFilter) -> dict[str, np.ndarray]:

@@ -1,8 +1,7 @@
-"""Cost of a fleet: processor time per hour, memory, scaling, overhead of the engine, and storage of results.
+"""Cost of a fleet: processor time per hour, memory, scaling, and overhead of the engine.
 
 python -m benchmarks.fleet                 # all, on generated recordings of ten minutes
 python -m benchmarks.fleet --seconds 3600  # longer recordings
-python -m benchmarks.fleet --dask          # additionally the overhead on a Dask cluster of this machine
 """
 
 from __future__ import annotations
@@ -17,15 +16,9 @@ import tempfile
 import time
 from pathlib import Path
 
-from tierod.fleet import schema
-from tierod.fleet.compaction import compact
 from tierod.fleet.fleet_file import one_vehicle
 from tierod.fleet.judging import Asked, chunk, judge
-from tierod.fleet.ledger import Ledger, prepare
-from tierod.fleet.places import Found, place_of
-from tierod.fleet.results import findings_of
 from tierod.fleet.running import run
-from tierod.fleet.task import _about, _stream, part_of
 from tierod.monitors.pieces import pieces_of
 from tierod.monitors.runner import Chosen, usual
 from tierod.vehicles import load
@@ -35,7 +28,6 @@ from tierod.work.pool import cores
 VEHICLE = "midsize-eps"
 FRICTION = Asked((Chosen("friction"),))
 EXACT = Asked(FRICTION.monitors, spread=False)
-RESULTS = 5000
 
 
 def recordings(folder, count, seconds):
@@ -95,41 +87,6 @@ def engine(paths, folder, workers, asked):
     return (seen[-1][0] - seen[first][0]) / busy
 
 
-def keeping(path, folder):
-    """Time to write, compact and read the results of many recordings; the second is processor time of writing [s]."""
-    car = load(VEHICLE)
-    runner = FRICTION.runner(car)
-    found = judge(pieces_of(path, runner.needs, car, seconds=chunk(FRICTION)), runner, FRICTION)
-    place = place_of(folder)
-    prepare(place)
-    about = _about(found)
-    began, worked = time.perf_counter(), time.process_time()
-    with Ledger(place) as ledger:
-        for number in range(RESULTS):
-            key = f"{number:064x}"[::-1]
-            place.write(part_of(key), _stream(found, key, key, "", about))
-            row = {"outcome": schema.JUDGED, "reason": "", "lasting": True, "recording": key, "key": key} | about
-            row |= {"vehicle": f"car-{number % 1000}", "cohort": {"batch": "A"}, "mileage_m": None}
-            ledger.add(Found(f"drive-{number}.parquet", 1, ""), "", row)
-        written, worked = time.perf_counter() - began, time.process_time() - worked
-        fresh = {row["key"]: place.read(part_of(row["key"])) for row in ledger.rows.values()}
-        began = time.perf_counter()
-        compact(place, ledger, fresh)
-        compacted = time.perf_counter() - began
-    began = time.perf_counter()
-    assert len(findings_of(folder)) == RESULTS
-    return written, worked, compacted, time.perf_counter() - began
-
-
-def dask(paths, folder):
-    """Overhead on a Dask cluster with one worker of one thread."""
-    from distributed import LocalCluster
-
-    os.environ["MALLOC_MMAP_THRESHOLD_"] = str(32 * 1024**2)
-    with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None, silence_logs=50) as made:
-        return engine(paths, folder, workers_of(None, made.scheduler_address), FRICTION)
-
-
 def size_of(folder):
     return sum(path.stat().st_size for path in Path(folder).rglob("*") if path.is_file())
 
@@ -142,7 +99,7 @@ class Shown(dict):
         super().__setitem__(name, value)
 
 
-def measured(seconds, count, with_dask):
+def measured(seconds, count):
     with tempfile.TemporaryDirectory(prefix="tierod-bench-") as top:
         top = Path(top)
         (top / "drives").mkdir()
@@ -163,11 +120,6 @@ def measured(seconds, count, with_dask):
         figures["one_to_two_workers"] = one / two
         figures["processor_growth"] = both_found.processor / alone_found.processor - 1.0
         figures["engine_overhead"] = min(engine(paths, top / "e", workers_of(1), FRICTION) for _ in range(2))
-        if with_dask:
-            figures["dask_overhead"] = min(dask(paths, top / "d") for _ in range(2))
-        names = ("written_s", "written_processor_s", "compacted_s", "read_s")
-        for name, each in zip(names, keeping(paths[0], top / "k"), strict=True):
-            figures[f"results_{name}"] = each
         return figures
 
 
@@ -175,9 +127,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seconds", type=float, default=600.0)
     parser.add_argument("--count", type=int, default=12)
-    parser.add_argument("--dask", action="store_true")
     given = parser.parse_args()
-    json.dump(measured(given.seconds, given.count, given.dask), sys.stdout, indent=2)
+    json.dump(measured(given.seconds, given.count), sys.stdout, indent=2)
     print()
 
 

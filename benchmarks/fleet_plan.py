@@ -1,6 +1,6 @@
 """Extrapolation of `python -m benchmarks.fleet` to a million vehicles: cores, storage and cost, as Markdown.
 
-python -m benchmarks.fleet --dask > measured.json
+python -m benchmarks.fleet > measured.json
 python -m benchmarks.fleet_plan measured.json
 """
 

@@ -1,19 +1,16 @@
 """Live monitoring: processor share, and memory over a long drive.
 
-python -m benchmarks.live                 processor share of the monitors and of the column monitor at 1 kHz; loopback
+python -m benchmarks.live                 processor share of the monitors
 python -m benchmarks.live --soak 20       twenty minutes of driving at 5 000 frames/s with 1 000 disturbances, seed 5
 
-Processor shares and the long drive are measured by feeding frames to the engine as fast as it accepts them, in terms
-of processor time. The loopback test receives 5 000 frames/s over udp_multicast in real time.
+Frames are fed to the engine as fast as it accepts them; processor time counts.
 """
 
 from __future__ import annotations
 
 import argparse
-import queue
 import random
 import resource
-import subprocess
 import sys
 import tempfile
 import time
@@ -24,9 +21,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
 from live_drives import START, frames_of_drive, messages
 from tierod.live.clock import Frame
-from tierod.live.drive import Drive, Outputs
 from tierod.live.engine import PACE, Engine, Pace
-from tierod.live.events import Hub
 from tierod.live.judge import Plan
 from tierod.live.log import FrameLog
 from tierod.vehicles import load
@@ -34,7 +29,6 @@ from tierod.vehicles import load
 MONITORS = ("friction", "sideslip", "driver-torque", "condition")
 """Monitors; the last one runs only on a vehicle with the parameters that it needs, such as `smartload`."""
 VEHICLE = "midsize-eps"
-CHANNEL = "239.74.163.99"
 
 
 def padded(drive: list[Frame], rate: float) -> list[Frame]:
@@ -143,62 +137,12 @@ def cost(engine: Engine, frames: Iterable[Frame], together: int) -> float:
     return (used() - (begun or 0.0)) / (last - first)
 
 
-def column(folder: Path, seconds: float = 150.0) -> None:
-    """Print the processor time of the driver torque monitor with signals at 1 kHz."""
-    frames = [each for each in frames_of_drive(folder, 30.0) if each.identifier == 0x100]
-    fast = [each._replace(time=each.time + 0.001 * n) for each in frames for n in range(10)]
-    engine = Engine(messages(folder), None, ("driver-torque",), Plan(load(VEHICLE)))
-    spent = cost(engine, repeated(sorted(fast, key=lambda each: each.time), seconds), 10)
-    run = engine.judges[0].run
-    rate = run.monitor.rate if run else 0.0
-    print(f"column monitor at {rate:g} Hz: {100 * spent:.1f} % of a core")
-
-
 def generated(drive: list[Frame], seconds: float) -> float:
     """Processor time of generating the frames per second of driving, which is not part of the engine."""
     begun = used()
     for _ in repeated(drive, seconds):
         pass
     return (used() - begun) / seconds
-
-
-def loopback(folder: Path, rate: float = 5000.0, seconds: float = 20.0) -> None:
-    """Print received and sent frames over loopback in real time, and processor share."""
-    from tierod.live.buses import Address, receiver
-
-    inbox: queue.SimpleQueue = queue.SimpleQueue()
-    hub = Hub()
-    bus = receiver(1, Address("udp_multicast", CHANNEL), inbox)
-    plan, outputs = Plan(load(VEHICLE)), Outputs(folder / "loopback.mf4")
-    drive = Drive([bus], inbox, messages(folder), None, ("friction", "sideslip"), plan, outputs, hub)
-    code = f"import sys; sys.path[:0] = {sys.path!r}; from benchmarks.live import send; send({rate}, {seconds})"
-    sender = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
-    seen = []
-    drive.looking.append(lambda now: seen.append(drive.engine.tally.frames))
-    drive.looking.append(lambda now: setattr(drive, "ended", sender.poll() is not None and drive.inbox.empty()))
-    begun = used()
-    wall = time.monotonic()
-    drive.run()
-    wall = time.monotonic() - wall
-    sent = int(sender.communicate()[0])
-    spent = used() - begun
-    print(f"udp_multicast: {max(seen)} of {sent} frames; {100 * spent / wall:.1f} % of a core beside the receiver")
-
-
-def send(rate: float, seconds: float) -> None:
-    """Send frames at a given rate, and print their number."""
-    import can
-
-    count = int(rate * seconds)
-    with tempfile.TemporaryDirectory() as folder, can.Bus(interface="udp_multicast", channel=CHANNEL) as bus:
-        drive = padded(frames_of_drive(Path(folder), 10.0), rate)
-        begun = time.monotonic()
-        for number in range(count):
-            frame = drive[number % len(drive)]
-            bus.send(can.Message(arbitration_id=frame.identifier, data=frame.data, is_extended_id=False))
-            if number % 50 == 0 and (ahead := begun + number / rate - time.monotonic()) > 0.0:
-                time.sleep(ahead)
-    print(count)
 
 
 def resident() -> int:
@@ -244,8 +188,6 @@ def main() -> None:
             soak(Path(name), chosen.soak)
         else:
             share(Path(name))
-            column(Path(name))
-            loopback(Path(name))
 
 
 if __name__ == "__main__":

@@ -9,12 +9,10 @@ import argparse
 import contextlib
 import gzip
 import os
-import struct
 import subprocess
 import sys
 import tempfile
 import time
-import zlib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -34,7 +32,7 @@ SIGNALS = {
     "lateral_acceleration": "m/s**2",
 }
 
-FORMATS = ("parquet", "csv", "csv.gz", "mf4", "log", "log.gz", "asc", "blf", "mat")
+FORMATS = ("parquet", "csv", "csv.gz", "mf4", "log", "log.gz", "mat")
 
 _STEP = 36_000  # Samples generated at a time
 
@@ -79,7 +77,7 @@ make(Path(sys.argv[1]), float(sys.argv[2]))
 def measured(path: Path, dbc: Path) -> tuple[float, float, int]:
     """Elapsed time [s], peak memory of the process and its children [MB], and exit code for one file."""
     command = [sys.executable, "-m", "tierod", "diagnose", str(path), "--vehicle", "midsize-eps", "--no-report"]
-    command += ["--dbc", str(dbc)] if path.name.split(".")[1] in ("log", "asc", "blf") else []
+    command += ["--dbc", str(dbc)] if path.name.split(".")[1] == "log" else []
     begin = time.perf_counter()
     peaks: dict[int, float] = {}
     with subprocess.Popen(command, cwd=path.parent, stdout=subprocess.DEVNULL) as process:
@@ -126,9 +124,7 @@ def signals(hours: float) -> Iterator[tuple[np.ndarray, dict[str, np.ndarray]]]:
 def make(path: Path, hours: float = HOURS) -> None:
     """Write the drive in the format of the file's suffix, in pieces where the format permits."""
     ending = path.name.split(".", 1)[1]
-    maker = {"csv": _text, "csv.gz": _text, "log": _text, "log.gz": _text, "asc": _text, "blf": _blf}.get(
-        ending, _whole
-    )
+    maker = _text if ending.startswith(("csv", "log")) else _whole
     temporary = path.with_name(f"part-{path.name}")
     maker(temporary, ending, hours)
     os.replace(temporary, path)
@@ -159,56 +155,15 @@ def _text(path: Path, ending: str, hours: float) -> None:
     with gzip.open(path, "wt", compresslevel=1) if ending.endswith("gz") else path.open("w") as file:
         if ending.startswith("csv"):
             file.write(",".join(["time [s]", *(f"{name} [{unit}]" for name, unit in SIGNALS.items())]) + "\n")
-        elif ending == "asc":
-            file.write("date Mon Jan 1 12:00:00.000 2024\nbase hex  timestamps absolute\ninternal events logged\n")
         for time_, columns in signals(hours):
             if ending.startswith("csv"):
                 rows = zip(time_.tolist(), *(column.tolist() for column in columns.values()), strict=True)
                 file.write("".join(f"{row[0]:.2f},{','.join(f'{value:.3f}' for value in row[1:])}\n" for row in rows))
                 continue
-            texts = [
-                [bytes(row).hex(" " if ending == "asc" else "\0").upper() for row in part] for part in _frames(columns)
-            ]
+            texts = [[bytes(row).hex().upper() for row in part] for part in _frames(columns)]
             for stamp, *payloads in zip(time_.tolist(), *texts, strict=True):
                 for number, payload in enumerate(payloads):
-                    late = stamp + 1e-4 * number
-                    if ending == "asc":
-                        file.write(f"{late:11.6f} 1  {0x100 + number:X}             Rx   d 8 {payload}\n")
-                    else:
-                        file.write(f"({1.7e9 + late:.6f}) can0 {0x100 + number:03X}#{payload.replace(chr(0), '')}\n")
-
-
-def _blf(path: Path, ending: str, hours: float) -> None:
-    """Write a log in Vector's binary format: CAN_MESSAGE objects in compressed containers of about 128 kB."""
-    kind = np.dtype(
-        [("sign", "S4"), ("header", "<u2"), ("version", "<u2"), ("size", "<u4"), ("type", "<u4"), ("flags", "<u4"),
-         ("client", "<u2"), ("object", "<u2"), ("time", "<u8"), ("channel", "<u2"), ("dir", "u1"), ("dlc", "u1"),
-         ("id", "<u4"), ("data", "u1", 8)]
-    )  # fmt: skip
-    with path.open("wb") as file:
-        file.write(bytes(144))
-        unpacked, count = 144, 0
-        for time_, columns in signals(hours):
-            payloads = _frames(columns)
-            table = np.zeros((len(time_), len(payloads)), dtype=kind)
-            table["sign"], table["header"], table["version"] = b"LOBJ", 32, 1
-            table["size"], table["type"], table["flags"] = kind.itemsize, 1, 2
-            table["channel"], table["dlc"] = 1, 8
-            for number, payload in enumerate(payloads):
-                table["time"][:, number] = np.round((time_ + 1e-4 * number) * 1e9)
-                table["id"][:, number], table["data"][:, number] = 0x100 + number, payload
-            content = table.tobytes()
-            for begin in range(0, len(content), 48 * 2700):
-                part = content[begin : begin + 48 * 2700]
-                packed = zlib.compress(part, 1)
-                file.write(struct.pack("<4sHHLL", b"LOBJ", 16, 1, 32 + len(packed), 10))
-                file.write(struct.pack("<H6xL4x", 2, len(part)) + packed + bytes(len(packed) % 4))
-                unpacked += len(part) + 32
-            count += table.size
-        size = file.tell()
-        file.seek(0)
-        file.write(struct.pack("<4sLBBBBBBBBQQLL", b"LOGG", 144, 5, 0, 0, 0, 2, 6, 8, 1, size, unpacked, count, 0))
-        file.write(struct.pack("<8H", 2024, 1, 1, 1, 12, 0, 0, 0) * 2)
+                    file.write(f"({1.7e9 + stamp + 1e-4 * number:.6f}) can0 {0x100 + number:03X}#{payload}\n")
 
 
 def _whole(path: Path, ending: str, hours: float) -> None:

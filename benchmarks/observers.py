@@ -1,121 +1,78 @@
-"""Estimators of the monitors compared with filterpy: the same filters and results, measured in one run."""
+"""Bank of constant gains of the driver torque monitor, compared with filterpy's: the same filters and results."""
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable
+import time
+from typing import Any
 
 import numpy as np
 
-from benchmarks.observer_peers import AugmentedLag, BankOfConstantGains, ByDifferences
 from benchmarks.timing import row, single
-from tierod.core.block import Block
 from tierod.core.graph.trace import trace
-from tierod.methods.estimators.kalman import KalmanFilter
+from tierod.methods.estimators.stationary_bank import StationaryBank
+from tierod.models.linear import LinearSystem
 from tierod.models.steering_column import ColumnParameters
-from tierod.monitors.driver_torque.design import ColumnTuning, design, process_noises
-from tierod.monitors.driver_torque.observer import DelayedHandTorque, smoothing
-from tierod.monitors.sideslip.estimator import CombinedSideslip
+from tierod.monitors.driver_torque.design import ColumnTuning, design
 from tierod.vehicles import load
 from tierod_lab.papers.column.swept_bench import swept
 
-STEPS = 40_000  # Samples of one run
-
-PEER_STEPS = 1_500  # Samples of the peer's run, all of which are compared unless `compared` is smaller
-
+STEPS, PEER_STEPS = 40_000, 1_500  # Samples of one run, and of the peer's, all of which are compared
 PEER_REPEATS, REPEATS = 3, 7
-
-
-@dataclasses.dataclass(frozen=True)
-class Comparison:
-    """One estimator and the equivalent peer."""
-
-    name: str  # of the table row
-    block: Block
-    samples: np.ndarray  # input of our estimator, (n, inputs)
-    # returns estimates (m, states) for given samples, and the duration without its construction [s]
-    peer: Callable[[np.ndarray], tuple[np.ndarray, float]]
-    states: tuple[str, ...]  # our outputs that correspond to the peer's estimates
-    tolerance: float = 1e-6  # relative tolerance of the comparison
-    # number of compared samples; with stick-slip friction, the two kinds of Jacobians diverge in time
-    compared: int = PEER_STEPS
+TOLERANCE = 1e-6  # Relative, of the comparison
 
 
 def run() -> list[dict]:
-    """Rows of the benchmark table: name, value, unit, peer, its value, ratio (peer over ours)."""
-    return [_row(each) for each in (*column_comparisons(), *sideslip_comparisons())]
-
-
-def _row(each: Comparison) -> dict:
-    ours, outputs = single(each.block, each.samples, REPEATS)
-    runs = [each.peer(each.samples[:PEER_STEPS]) for _ in range(PEER_REPEATS)]
-    columns = [trace(each.block).output.index(name) for name in each.states]
-    mine, theirs = outputs[: each.compared, columns], runs[0][0][: each.compared]
+    """One row: name, value, unit, peer, its value, ratio (peer over ours)."""
+    bench = swept("steps", STEPS * 1e-3, 1)
+    # The filters require the motor torque of the preceding sample.
+    before = np.r_[0.0, bench["motor_torque"][:-1]]
+    signals = ("steering_wheel_angle", "motor_angle_mechanical", "driver_torque")
+    samples = np.column_stack([before, *(bench[name] for name in signals)])
+    made = design(load("column-bench").parameters_for(ColumnParameters), 1e-3, ColumnTuning())
+    system = made.observation.discrete
+    ours, outputs = single(made.bank, samples, REPEATS)
+    runs = [by_filterpy(made.bank, system, samples[:PEER_STEPS]) for _ in range(PEER_REPEATS)]
+    columns = [trace(made.bank).output.index(f"mean.{name}") for name in system.states]
+    mine, theirs = outputs[:PEER_STEPS, columns], runs[0][0]
     scale = np.abs(theirs).max(axis=0)
     difference = float((np.abs(mine - theirs) / np.where(scale > 0.0, scale, 1.0)).max())
-    if not difference < each.tolerance:
-        raise AssertionError(
-            f"{each.name} and its peer differ by {difference:.2g}; expected {each.tolerance:g} at most"
-        )
+    if not difference < TOLERANCE:
+        raise AssertionError(f"the bank and its peer differ by {difference:.2g}; expected {TOLERANCE:g} at most")
     peer = 1e9 * min(seconds for _, seconds in runs) / PEER_STEPS
-    return row(each.name, ours, "ns/step", "filterpy", peer, difference=difference)
+    return [row("observer-bank", ours, "ns/step", "filterpy", peer, difference=difference)]
 
 
-def column_comparisons() -> list[Comparison]:
-    """Observers of the steering column at 1 kHz, on the bench."""
-    vehicle = load("column-bench")
-    parameters, tuning = vehicle.parameters_for(ColumnParameters), ColumnTuning()
-    run = swept("steps", STEPS * 1e-3, 1)
-    # The filters require the motor torque of the preceding sample.
-    before = np.r_[0.0, run["motor_torque"][:-1]]
-    samples = np.column_stack(
-        [before, run["steering_wheel_angle"], run["motor_angle_mechanical"], run["driver_torque"]]
-    )
-    made = design(parameters, 1e-3, tuning)
-    system, bank = made.observation.discrete, made.bank
-    lagged = DelayedHandTorque.of_parameters(parameters).smoother
-    (slow,) = process_noises(system.states, parameters, 1e-3, smoothing(tuning))
-    delayed = AugmentedLag(lagged, slow, tuning.variances())
-    return [
-        Comparison("observer-bank", bank, samples, BankOfConstantGains(bank, system), _means(system.states)),
-        Comparison("observer-20-ms-later", lagged, samples, delayed, ("smoothed.hand_torque",)),
-    ]
+def full(packed: tuple[float, ...]) -> np.ndarray:
+    """Symmetric matrix from its packed upper triangle."""
+    n = round(((8 * len(packed) + 1) ** 0.5 - 1) / 2)
+    matrix = np.zeros((n, n))
+    matrix[np.triu_indices(n)] = packed
+    return matrix + np.triu(matrix, 1).T
 
 
-def _means(states: tuple[str, ...]) -> tuple[str, ...]:
-    return tuple(f"mean.{name}" for name in states)
+def by_filterpy(block: StationaryBank, system: LinearSystem, samples: np.ndarray) -> tuple[np.ndarray, float]:
+    """Estimates of `IMMEstimator` over filters with constant gain, with filterpy, and the time [s]."""
+    from filterpy.kalman import IMMEstimator
+    from filterpy.kalman import KalmanFilter as Peer
 
+    class Steady(Peer):
+        def predict(self, u: Any = None, *_: Any) -> None:
+            self.predict_steadystate(u)
 
-RATE = 0.01  # Sample time of the sideslip estimator [s]
+        def update(self, z: Any, *_: Any) -> None:
+            self.update_steadystate(z)
 
-
-def sideslip_comparisons() -> list[Comparison]:
-    """Filter of the combined sideslip estimator, with and without the steering torque.
-
-    The functions around the filter (holding, gates, limits and their reports) are excluded on both sides.
-    """
-    found = []
-    for name, steering in (("sideslip-combined-torque", True), ("sideslip-combined", False)):
-        whole = CombinedSideslip.of_vehicle(load("steer-by-wire"), RATE, steering=steering)
-        block = dataclasses.replace(whole.filter, gate=None)
-        states = ("mean.lateral_speed", "mean.yaw_rate")
-        found.append(Comparison(name, block, _drive(block), ByDifferences(block), states, 1e-5, 100))
-    return found
-
-
-def _drive(block: KalmanFilter) -> np.ndarray:
-    """Noisy samples of sinusoidal steering of a linear car at 25 m/s, with the columns of the filter's sample."""
-    chance, time_ = np.random.default_rng(0), np.arange(STEPS // 2) * RATE
-    sine = np.sin(2.0 * np.pi * 0.3 * time_)
-    count = len(sine)
-    known = {
-        "input.vehicle_speed": np.full(count, 25.0),
-        "input.longitudinal_acceleration": np.zeros(count),
-        "input.road_wheel_angle": 0.02 * sine,
-        "input.road_wheel_torque": 90.0 * sine,
-        "input.torque_known": np.ones(count),
-        "measured.yaw_rate": 0.13 * sine + 0.003 * chance.normal(size=count),
-        "measured.lateral_acceleration": 3.2 * sine + 0.1 * chance.normal(size=count),
-        "measured.road_wheel_angle": 0.02 * sine + 2e-4 * chance.normal(size=count),
-    }
-    return np.column_stack([known[name] for name in trace(block).sample])
+    filters = []
+    for noise in block.noises:
+        peer = Steady(dim_x=len(system.A), dim_z=len(system.C), dim_u=system.B.shape[1])
+        peer.F, peer.B, peer.H = system.A.copy(), system.B.copy(), system.C.copy()
+        peer.K, peer.S = np.array(noise.gain), full(noise.innovation_covariance)
+        peer.P, peer.Q, peer.R = full(noise.covariance), 0.0 * peer.Q, 0.0 * peer.R
+        filters.append(peer)
+    bank = IMMEstimator(filters, np.full(len(filters), 1.0 / len(filters)), np.array(block.switching))
+    found, start = np.empty((len(samples), len(system.A))), time.perf_counter()
+    for k in range(len(samples)):
+        bank.predict(samples[k, :1, None])
+        bank.update(samples[k, 1:, None])
+        found[k] = bank.x[:, 0]
+    return found, time.perf_counter() - start

@@ -22,10 +22,8 @@ SAID = {
     "can-decode": "CAN messages decoded",
     "diagnose-1h": "`tierod diagnose` on an hour at 100 Hz, process start to JSON and report",
     "simulate-eps-car": "virtual EPS car, two-track, 1 kHz, with its sensors",
-    "bank-of-50": "bank of fifty five-state filters and their judge, one signal",
     "condition-on-board": "condition monitor on board: bank of fifty filters, rules, substitutes, fault counters",
     "observer-bank": "torque of the hands, bank of three constant gains",
-    "fault-memory": "test results into the fault memory, ten codes",
 }
 
 

@@ -1,7 +1,7 @@
 """Web application compared with its targets: `python -m benchmarks.web_page`.
 
-Ten hours of 20 signals at 100 Hz, a folder of 100 GB, a fleet of 10 000 cars, 50 concurrent clients; with Playwright
-and chromium also the view in a browser. Parts can be run alone by name: recording, browser, listing, fleet, clients.
+Ten hours of 20 signals at 100 Hz and a fleet of 10 000 cars; with Playwright and chromium also the view in a browser.
+Parts can be run alone by name: recording, browser, fleet.
 """
 
 from __future__ import annotations
@@ -9,13 +9,11 @@ from __future__ import annotations
 import argparse
 import contextlib
 import json
-import os
 import random
 import statistics
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 import urllib.parse
 import urllib.request
@@ -27,7 +25,7 @@ import numpy as np
 
 RATE, SIGNALS = 100.0, 20
 KNOWN = ("driver_torque", "steering_wheel_angle", "vehicle_speed", "yaw_rate", "lateral_acceleration", "motor_torque")
-PARTS = ("recording", "browser", "listing", "fleet", "clients")
+PARTS = ("recording", "browser", "fleet")
 
 
 def main() -> int:
@@ -36,31 +34,23 @@ def main() -> int:
     parser.add_argument("parts", nargs="*", default=PARTS)
     parser.add_argument("--hours", type=float, default=10.0)
     parser.add_argument("--cars", type=int, default=10_000)
-    parser.add_argument("--files", type=int, default=20_000)
-    parser.add_argument("--seconds", type=float, default=600.0, help="of the clients")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="tierod-bench-") as place:
         top = Path(place)
-        for name in ("drives", "many", "fleet"):
+        for name in ("drives", "fleet"):
             (top / name).mkdir()
-        if {"recording", "browser", "clients"} & set(given.parts):
+        if {"recording", "browser"} & set(given.parts):
             record(top / "drives" / "long.parquet", given.hours)
-        if "listing" in given.parts:
-            sparse(top / "many", given.files)
         if "fleet" in given.parts:
             fleet_of(top / "fleet", given.cars)
         with served(top) as server:
-            if {"recording", "browser", "clients"} & set(given.parts):
+            if {"recording", "browser"} & set(given.parts):
                 key = first_picture(server)
                 for part, run in (("recording", zooms), ("browser", in_browser)):
                     if part in given.parts:
                         run(server, key)
-            if "listing" in given.parts:
-                listed(server)
             if "fleet" in given.parts:
                 table(server)
-            if "clients" in given.parts:
-                crowd(server, key, given.seconds)
             shown("memory of the server", f"{server.memory():.0f} MB", "400 MB")
     return 0
 
@@ -82,13 +72,6 @@ def record(path: Path, hours: float) -> None:
         columns[name] = np.sin(time_ * (0.1 + 0.05 * number)) + 0.1 * chance.standard_normal(count)
     pq.write_table(pa.table(columns), path)
     shown("recording", f"{path.stat().st_size / 1e6:.0f} MB, {hours:g} h x {SIGNALS} signals", "-")
-
-
-def sparse(folder: Path, count: int) -> None:
-    """Create sparse files of 100 GB in total that take no disk space."""
-    for number in range(count):
-        with open(folder / f"drive-{number:06}.mf4", "wb") as file:
-            file.truncate(100_000_000_000 // count)
 
 
 def fleet_of(folder: Path, cars: int) -> None:
@@ -123,7 +106,7 @@ class Server:
 
 @contextlib.contextmanager
 def served(top: Path) -> Iterator[Server]:
-    words = ["serve", *(str(top / each) for each in ("drives", "many", "fleet")), "--port", "0", "--no-browser",
+    words = ["serve", *(str(top / each) for each in ("drives", "fleet")), "--port", "0", "--no-browser",
              "--cache", str(top / "cache")]  # fmt: skip
     process = subprocess.Popen([sys.executable, "-m", "tierod", *words], stderr=subprocess.PIPE, text=True)
     assert process.stderr is not None
@@ -241,15 +224,6 @@ _MEASURE = """() => {
 }"""
 
 
-def listed(server: Server) -> None:
-    took = []
-    for _ in range(5):
-        begin = time.perf_counter()
-        found = server.json("/api/files", folder="many")
-        took.append(1e3 * (time.perf_counter() - begin))
-    shown(f"list of {found['total']} files with 100 GB", _spread(took), "1000 ms")
-
-
 def table(server: Server) -> None:
     begin = time.perf_counter()
     found = server.json("/api/fleets/fleet")
@@ -267,39 +241,6 @@ def table(server: Server) -> None:
             server.json("/api/fleets/fleet/cars", **query)
             took.append(1e3 * (time.perf_counter() - begin))
         shown(f"fleet: {what}", _spread(took), target)
-
-
-def crowd(server: Server, key: str, seconds: float) -> None:
-    """Fifty concurrent clients, of whose requests every tenth is aborted."""
-    import socket
-
-    names = [each["name"] for each in server.json(f"/api/series/{key}")["signals"]][:6]
-    before, until = server.memory(), time.monotonic() + seconds
-    counts, errors, host = [0], [], urllib.parse.urlsplit(server.address)
-
-    def client(number: int) -> None:
-        chance = random.Random(number)
-        while time.monotonic() < until:
-            try:
-                if chance.random() < 0.1:
-                    with socket.create_connection((host.hostname, host.port), 10) as made:
-                        path = f"/api/series/{key}/window?name={names[0]}&points=5000"
-                        made.sendall(f"GET {path} HTTP/1.1\r\nhost: {host.netloc}\r\n\r\n".encode())
-                else:
-                    start = chance.uniform(0.0, 1000.0)
-                    server.raw(f"/api/series/{key}/window", name=names, start=start, stop=start + 60.0)
-                counts[0] += 1
-            except Exception as error:
-                errors.append(repr(error))
-
-    threads = [threading.Thread(target=client, args=(number,)) for number in range(50)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    handles = len(os.listdir(f"/proc/{server.process.pid}/fd"))
-    shown(f"50 clients for {seconds:g} s: requests, errors", f"{counts[0]}, {len(errors)} {errors[:1]}", "no error")
-    shown("  memory before and after, open files", f"{before:.0f}, {server.memory():.0f} MB, {handles}", "no leak")
 
 
 def _spread(took: Sequence[float]) -> str:

@@ -21,36 +21,26 @@ SLACK = 0.03  # Share by which a folder may lie below its budget before the budg
 SMALL = 60  # Lines, or words by hundreds, below which a difference does not matter
 
 
-def folders() -> list[str]:
-    """Folders with a budget of their own: every package of both distributions, and what is beside them."""
-    roots = ("packages/tierod/src/tierod", "packages/tierod-lab/src/tierod_lab")
-    found = [f"{root}/{each.name}" for root in roots for each in sorted((ROOT / root).iterdir()) if _is_package(each)]
-    return [*found, "tests", "scripts", "benchmarks"]
-
-
-def _is_package(folder: Path) -> bool:
-    return (folder / "__init__.py").is_file()
-
-
 def lines(folder: str) -> int:
     """Lines of source below a folder."""
     files = (path for path in (ROOT / folder).rglob("*") if path.suffix in SOURCE and "vendor" not in path.parts)
     return sum(path.read_bytes().count(b"\n") for path in files if "__pycache__" not in path.parts)
 
 
-def words() -> int:
-    """Words of the docs and of the pages in the root, without the list of changes."""
-    pages = [page for page in (*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")) if page.name != "CHANGELOG.md"]
-    return sum(len(page.read_text(encoding="utf-8").split()) for page in pages)
-
-
 def measured() -> dict[str, int]:
-    """What is there, by the names of budget.toml."""
-    return {**{folder: lines(folder) for folder in folders()}, "words of docs": words()}
+    """What is there, by the names of budget.toml: every package of both distributions, what is beside them, docs."""
+    roots = ("packages/tierod/src/tierod", "packages/tierod-lab/src/tierod_lab")
+    found = [f"{root}/{each.name}" for root in roots for each in sorted((ROOT / root).iterdir()) if _is_package(each)]
+    pages = [page for page in (*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")) if page.name != "CHANGELOG.md"]
+    words = sum(len(page.read_text(encoding="utf-8").split()) for page in pages)
+    return {folder: lines(folder) for folder in (*found, "tests", "scripts", "benchmarks")} | {"words of docs": words}
+
+
+def _is_package(folder: Path) -> bool:
+    return (folder / "__init__.py").is_file()
 
 
 def budget() -> dict[str, int]:
-    """The numbers of budget.toml."""
     return {name: int(number) for name, number in tomllib.loads(BUDGET.read_text(encoding="utf-8")).items()}
 
 
@@ -68,7 +58,6 @@ def complaints() -> list[str]:
 
 
 def lowered() -> str:
-    """Text of budget.toml with every number lowered to what is there, and without what is gone."""
     size, text = measured(), BUDGET.read_text(encoding="utf-8")
     kept = []
     for line in text.splitlines():

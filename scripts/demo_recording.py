@@ -14,6 +14,7 @@ from tierod_lab.ground import FrictionCourse, drive
 
 TARGET = Path(__file__).parents[1] / "packages/tierod/src/tierod/io/demo-drive.parquet"
 MINUTES = 13.0
+# Resolution of each signal on the bus [its unit]
 STEPS = {
     "steering_wheel_angle": np.radians(0.05),
     "steering_wheel_rate": np.radians(0.5),
@@ -23,7 +24,6 @@ STEPS = {
     "lateral_acceleration": 0.01,
     "vehicle_speed": 0.01,
 }
-"""Resolution of each signal on the bus [its unit]."""
 
 if __name__ == "__main__":
     driven = drive(minutes=MINUTES, friction=FrictionCourse.step(4.0, 8.0, at=30.0 * MINUTES), seed=1)

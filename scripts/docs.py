@@ -13,26 +13,16 @@ from pathlib import Path
 import docs_catalogues
 import docs_commands
 import docs_monitors
-import docs_papers
-import docs_schemas
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
 
 
 def pages() -> dict[str, Callable[[], str]]:
-    """All generated pages: path below docs/ -> function that returns the text."""
-    return {
-        **docs_commands.pages(),
-        **docs_monitors.pages(),
-        **docs_catalogues.pages(),
-        **docs_schemas.pages(),
-        **docs_papers.pages(),
-    }
+    return {**docs_commands.pages(), **docs_monitors.pages(), **docs_catalogues.pages()}
 
 
 def stale() -> list[str]:
-    """Generated pages that differ from the code, as paths below docs/."""
     return [
         page
         for page, text in pages().items()

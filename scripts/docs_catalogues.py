@@ -1,4 +1,4 @@
-"""Reference pages of what is shipped: signals, parameters, vehicles, residuals, trouble codes, faults, scenarios."""
+"""Reference pages of what is shipped: signals, parameters, residuals, codes, faults, scenarios, words, papers."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from tierod.core.statuses import SEVERITY
 from tierod.diagnosis.trouble_codes import load_trouble_codes
 from tierod.vehicles import QUANTITIES
 from tierod_lab.papers.condition.rules.parameters import RESIDUALS
+from tierod_lab.papers.contents import PAPERS, contents
 
 
 def pages() -> dict[str, Callable[[], str]]:
-    """Path below docs/ -> function that returns the text."""
     return {
         "reference/signals.md": signals,
         "reference/parameters.md": parameters,
@@ -31,12 +31,12 @@ def pages() -> dict[str, Callable[[], str]]:
         "reference/faults.md": faults,
         "reference/scenarios.md": scenarios,
         "reference/words.md": glossary,
+        "reference/papers.md": papers,
     }
 
 
 @functools.cache
 def printed(*arguments: str) -> Any:
-    """JSON document printed by a command."""
     text = io.StringIO()
     with contextlib.redirect_stdout(text):
         assert main([*arguments, "--json"]) == 0
@@ -44,7 +44,6 @@ def printed(*arguments: str) -> Any:
 
 
 def signals() -> str:
-    """Page of the catalogue of signals."""
     parts = []
     for group, members in itertools.groupby(SIGNALS.values(), key=lambda each: each.group):
         rows: list[tuple[str, ...]] = []
@@ -75,7 +74,6 @@ def _joined(before: tuple[str, ...], row: tuple[str, ...]) -> tuple[str, ...] | 
 
 
 def glossary() -> str:
-    """Page of the statuses of a verdict."""
     statuses = [(f"`{each}`", each.symbol, f"`{each.colour}`", str(each.exit_code), each.meaning) for each in SEVERITY]
     return page(
         "Statuses",
@@ -90,7 +88,6 @@ def glossary() -> str:
 
 
 def parameters() -> str:
-    """Page of the parameters of a vehicle file."""
     rows: list[tuple[str, ...]] = []
     for each in QUANTITIES.values():
         row = (f"`{each.name}`", each.meaning, unit(each.unit) + (" or count" if each.torque else ""))
@@ -106,7 +103,6 @@ def parameters() -> str:
 
 
 def residuals() -> str:
-    """Page of the residuals of the condition monitor."""
     rows: list[tuple[str, ...]] = []
     equations: list[str] = []
     for each in RESIDUALS.values():
@@ -131,7 +127,6 @@ def residuals() -> str:
 
 
 def trouble_codes() -> str:
-    """Page of the trouble codes."""
     rows = []
     for name, code in load_trouble_codes().codes.items():
         statuses = f"{', '.join(code.failed_by)}/{', '.join(code.passed_by)}"
@@ -152,12 +147,10 @@ def trouble_codes() -> str:
 
 
 IN_UNIT = " [unit of the element]"
-SENSOR_FAULTS = ("-loss", "-offset", "-negative-offset", "-outlier")
-"""Endings of the faults that six sensors share."""
+SENSOR_FAULTS = ("-loss", "-offset", "-negative-offset", "-outlier")  # Endings of the faults that six sensors share
 
 
 def faults() -> str:
-    """Page of the shipped faults, and of the behaviours of faulty elements."""
     shipped_faults = [each["name"] for each in printed("faults")["faults"]]
     sensors = [name.removesuffix("-outlier") for name in shipped_faults if name.endswith("-outlier")]
     every = [f"{sensor}{ending}" for sensor in sensors for ending in SENSOR_FAULTS]
@@ -180,7 +173,6 @@ def faults() -> str:
 
 
 def scenarios() -> str:
-    """Page of the shipped scenarios, virtual cars and courses."""
     rows = [(f"`{each['name']}`", each["description"]) for each in printed("scenarios")["scenarios"]]
     cars = []
     for each in printed("scenarios", "--cars")["cars"]:
@@ -197,4 +189,22 @@ def scenarios() -> str:
         table(("car", "what it is", "vehicle"), cars),
         "## Courses",
         "`tierod scenarios --courses` lists natural drives, circuits, ISO 4138, 7401, 13674-1, 3888-1 and others.",
+    )
+
+
+def papers() -> str:
+    rows = []
+    for package in PAPERS:
+        held = contents(package)
+        misprints = sum("misprint" in row.verdict for row in held.rows)
+        gaps = sum("gap" in row.verdict for row in held.rows)
+        counts = (str(number) for number in (held.equations, held.tables, held.figures, misprints, gaps))
+        rows.append((f"[{held.paper}](../explanation/papers/{held.explanation}.md)", *counts))
+    return page(
+        "The five papers",
+        "tierod carries out every numbered equation, table and figure of five papers; their pages explain what is "
+        "corrected. In the repository `contents.toml` of each package of `tierod_lab.papers` names, for every number, "
+        "the function that implements it and what differs from the print; a test requires that none is missing.",
+        table(("paper", "equations", "tables", "figures", "parts with misprints", "with gaps"), rows),
+        "[Claims of the papers, measured](studies/index.md).",
     )

@@ -1,12 +1,14 @@
-"""Reference of the command line and index of the Python API, generated from commands and package."""
+"""Reference of the command line, of the JSON documents, and index of the Python API."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
+from importlib.resources import files
 from typing import Any
 
 import typer
-from docs_text import first_sentence, page, table
+from docs_text import first_sentence, names, page, table
 
 import tierod
 from tierod.cli.app import commands, module_of
@@ -23,15 +25,14 @@ EXIT_CODES = (
 
 
 def pages() -> dict[str, Callable[[], str]]:
-    """Path below docs/ -> function that returns the text."""
     return {
         "reference/command-line.md": index,
         "reference/python.md": python,
+        "reference/json.md": schemas_page,
     }
 
 
 def index() -> str:
-    """Page of all commands with their arguments and summaries, and of the exit codes."""
     rows = [(f"`{_usage(verb)}`", first_sentence(module_of(verb).__doc__).split(". ")[0]) for verb in commands()]
     return page(
         "Command line",
@@ -67,7 +68,6 @@ def index() -> str:
 
 
 def _usage(verb: str) -> str:
-    """A command with its arguments, without `tierod`."""
     app = typer.Typer(add_completion=False)
     app.command(verb)(getattr(module_of(verb), verb.replace("-", "_")))
     given = [each for each in typer.main.get_command(app).params if each.param_type_name == "argument"]
@@ -79,6 +79,7 @@ def _shape(argument: Any) -> str:
     return shape if argument.required else f"[{shape}]"
 
 
+# Packages whose docstrings the site shows
 PACKAGES = (
     "tierod.core",
     "tierod.core.graph",
@@ -95,14 +96,12 @@ PACKAGES = (
     "tierod_lab.ground",
     "tierod_lab.campaign",
 )
-"""Packages whose docstrings the site shows."""
 
+# Package -> mkdocstrings option that excludes a part listed by itself
 WITHOUT = {"tierod.core": '\n    options:\n      filters: ["!^_", "!^graph$"]'}
-"""Package -> mkdocstrings option that excludes a part listed by itself."""
 
 
 def python() -> str:
-    """Page of every name of `tierod`, and of all packages, whose lines mkdocstrings replaces by the docstrings."""
     rows = []
     for name in dir(tierod):
         if not name.startswith("__"):
@@ -116,3 +115,46 @@ def python() -> str:
         "The site shows here the docstrings of every module; in a terminal `help()` prints them.",
         *(f"::: {name}" + WITHOUT.get(name, "") for name in PACKAGES),
     )
+
+
+# Name -> package that contains the schema, and origin of the document
+SCHEMAS = {
+    "diagnosis": ("tierod.report", "`tierod diagnose --json`; `tierod.to_json(diagnosis)` gives the same text"),
+    "diagnoses": ("tierod.report", "`tierod diagnose --json` of several recordings or all monitors"),
+    "campaign": ("tierod_lab.campaign", "`tierod campaign`, as `campaign.json`"),
+    "fleet": ("tierod.fleet", "`tierod fleet report`, as `fleet.json` or with `--json`"),
+    "claims": ("tierod.core", "`tierod study`, as `claims.json`: a list with one object for each claim"),
+}
+
+# Fields that most documents share
+COMMON = ("schema", "version", "created", "command", "status", "symbol", "colour", "exit_code")
+
+
+def schemas_page() -> str:
+    rows = []
+    for name, (package, origin) in SCHEMAS.items():
+        schema = json.loads(files(package).joinpath(f"{name}.schema.json").read_text(encoding="utf-8"))
+        fields = [field for field in _fields(schema) if field not in COMMON]
+        rows.append((f"`{name}`", origin, f"`{package}`", names(fields)))
+    return page(
+        "JSON documents",
+        "A schema (draft 2020-12) describes every field of a document; it is installed with its package as "
+        "`NAME.schema.json`. This prints what the fields of a diagnosis mean:",
+        "```python\nimport json\nfrom importlib.resources import files\n\n"
+        'file = files("tierod.report").joinpath("diagnosis.schema.json")\n'
+        'schema = json.loads(file.read_text(encoding="utf-8"))\n'
+        'for name, field in schema["properties"].items():\n    print(name, field["description"])\n```',
+        table(("document", "written by", "schema in", "fields"), rows),
+        "Documents also hold `schema` (name and version, which rises when a field goes or changes its meaning), "
+        "`version` (of tierod), `created` (UTC) and `command`, and those with a verdict `status`, `symbol`, `colour` "
+        "and `exit_code` as [the table of statuses](words.md) has them. Numbers are in SI units whatever a report "
+        "shows. What could not be computed is `null`, never NaN. `traces`, `histograms` and `loops` of a diagnosis are "
+        "filled by `tierod.to_json(diagnosis, series=True)`.",
+    )
+
+
+def _fields(schema: dict[str, Any]) -> list[str]:
+    if schema.get("type") == "array":
+        items = schema["items"]
+        return _fields(schema["$defs"][items["$ref"].rpartition("/")[2]] if "$ref" in items else items)
+    return list(schema["properties"])

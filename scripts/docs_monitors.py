@@ -19,18 +19,16 @@ from tierod.monitors.registry import MONITORS
 from tierod.monitors.session import Monitor
 from tierod.vehicles import QUANTITIES, load, shipped
 
+# Page with the equations of each monitor, by its name
 EXPLANATION = {name: f"../../explanation/{name}.md" for name in MONITORS}
-"""Page with the equations of each monitor, by its name."""
 
 
 def pages() -> dict[str, Callable[[], str]]:
-    """Path below docs/ -> function that returns the text."""
     every = {f"reference/monitors/{name}.md": functools.partial(monitor_page, name) for name in MONITORS}
     return {"reference/monitors/index.md": index, **every}
 
 
 def index() -> str:
-    """Page of all monitors, with the shipped vehicles that have their parameters."""
     rows = [
         (f"[`{each.name}`]({each.name}.md)", each.summary, f"`{each.default}`" if each.default else "to be chosen")
         for each in MONITORS.values()
@@ -59,7 +57,6 @@ def index() -> str:
 
 
 def monitor_page(name: str) -> str:
-    """Reference page of one monitor."""
     monitor = MONITORS[name]
     return page(
         name,
@@ -97,7 +94,6 @@ def _signals(monitor: Monitor) -> str:
 
 
 def _linked(source: str) -> str:
-    """A source in which page names are replaced by links."""
     return re.sub(r"docs/([\w/-]+\.md)", r"[this page](../../\1)", source)
 
 
@@ -131,13 +127,11 @@ def _parameters(monitor: Monitor) -> str:
 
 
 def _in_some(name: str, cars: Mapping[str, Reading]) -> str:
-    """Use of a parameter that only some kinds of cars need."""
     needing = [car for car, reading in cars.items() if name in reading.needed]
     return f"needed in a car such as {names(needing)}" if needing else "optional"
 
 
 def _use(by_variant: Mapping[str, str], every: Collection[str]) -> str:
-    """Use of a parameter as text, by variant where variants differ."""
     kinds: dict[str, list[str]] = {}
     for variant in every:
         kinds.setdefault(by_variant.get(variant, ""), []).append(variant)

@@ -33,12 +33,7 @@ OVERVIEW = (
 
 
 def page(name: str, claims: Iterable[Claim]) -> str:
-    """Text of the page of a study.
-
-    Args:
-        name: of the study
-        claims: entries of its claims.json
-    """
+    """Text of the page of a study."""
     judged = [claim for claim in claims if claim["goal"] is not None]
     missed = [claim for claim in judged if claim["met"] is False]
     outcomes = [claim["outcome"] for claim in judged]
@@ -73,7 +68,6 @@ def page(name: str, claims: Iterable[Claim]) -> str:
 
 
 def _shared(causes: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Causes in which what several claims share is a number in brackets, and the list of these numbers."""
     split = {cause: re.split(r"(?<=[.]) (?=[A-Z0-9])", cause) for cause in dict.fromkeys(causes)}
     for cause, number in Counter(causes).items():  # a cause that recurs as a whole is one entry
         if number > 1:
@@ -105,7 +99,6 @@ def _number(value: float | str) -> str:
 
 
 def overview() -> str:
-    """Page with the number of claims of every study that hold, read from its pages."""
     rows, total = [], [0] * 5
     for name in STUDIES:
         counted = COUNTED.search((STUDY_PAGES / f"{name}.md").read_text(encoding="utf-8"))

@@ -6,7 +6,6 @@ A reader follows the functions in the order of their first call. A return is a s
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import io
 import sys
@@ -46,22 +45,12 @@ def walked(arguments: list[str]) -> list[str]:
     return [str(Path(each).relative_to(HOME)) for each in steps]
 
 
-def main() -> None:
-    """Print the numbers, and with --files the files in the order of the walk."""
-    parser = argparse.ArgumentParser(description=main.__doc__)
-    parser.add_argument("--files", action="store_true", help="list every file")
-    parser.add_argument("--monitor", default="friction", help="monitor that judges")
-    given = parser.parse_args()
+if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
-        path = copied(Path(folder))
-        arguments = ["diagnose", str(path), "--vehicle", VEHICLE, "--monitor", given.monitor, "--json", "--no-report"]
-        command(arguments)  # kernels are compiled and modules imported now
-        steps = walked(arguments)
+        arguments = ["diagnose", str(copied(Path(folder))), "--vehicle", VEHICLE, "--monitor", "friction", "--json"]
+        command([*arguments, "--no-report"])  # kernels are compiled and modules imported now
+        steps = walked([*arguments, "--no-report"])
     files = list(dict.fromkeys(steps))
-    if given.files:
+    if "--files" in sys.argv:
         print(*files, sep="\n")
     print(f"{len(files)} files, {len(steps) - len(files)} returns")
-
-
-if __name__ == "__main__":
-    main()

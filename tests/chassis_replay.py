@@ -8,8 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tierod.core.graph import scan
-from tierod.physics.gravity import GRAVITY
-from tierod.physics.single_track import steady_yaw_gain
+from tierod.physics.motion import GRAVITY, steady_yaw_gain
 from tierod_lab.ground.chassis import SingleTrack, TwoTrack
 from tierod_lab.ground.integration import rosenbrock
 from tierod_lab.ground.parts import Reaction, Road, Steer, Wheels, Wind

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tierod.models.friction_estimation import FrictionParameters
+from tierod.models.steering_column import FrictionParameters
 
 
 @dataclass(frozen=True)

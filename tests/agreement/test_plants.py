@@ -9,7 +9,7 @@ from agreement.plants import commonroad_agreement, commonroad_tyre, ferrari_agre
 from shared_data import shared_data
 from tierod.io.derive import complete
 from tierod.io.readers import read
-from tierod.physics.magic_formula import combined_forces, stiffness_per_load
+from tierod_lab.ground.chassis.laws import combined_forces, stiffness_per_load
 
 pytestmark = pytest.mark.usefixtures("shipped_kernels")
 

@@ -5,15 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Sequence
 
-from .containers import (
-    blf_container,
-    gzip_content,
-    mat_element,
-    mdf_block,
-    parquet_data,
-    parquet_footer,
-    parquet_table,
-)
+from .containers import blf_container, gzip_content, mat_element, mdf_block, parquet_data, parquet_footer, parquet_table
 from .documents import dbc_signal, hexadecimal, json_node, toml_key, toml_value
 from .mutations import BYTES, Operator
 from .texts import TEXT

@@ -7,17 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from attack.semantic import (
-    SEEDS,
-    UNOBSERVABLE,
-    Case,
-    matrix,
-    outcome,
-    pairs,
-    run,
-    unchanged,
-    wrong,
-)
+from attack.semantic import SEEDS, UNOBSERVABLE, Case, matrix, outcome, pairs, run, unchanged, wrong
 from attack.semantic_changes import CHANGES, changed
 from attack.semantic_drives import DRIVES, recorded
 from tierod.monitors.registry import MONITORS

@@ -11,7 +11,7 @@ from tierod.core.recording import Channel, Recording
 from tierod.io.readers import read
 from tierod.io.writers import write
 from tierod.monitors.registry import MONITORS
-from tierod.physics.clarke_park import StatorVector, inverse_clarke
+from tierod.physics.motor import StatorVector, inverse_clarke
 
 FORMATS = ("csv", "parquet", "mf4")
 FOREIGN = {

@@ -10,18 +10,16 @@ from bank_of_graph import bank
 from models.friction_paper import CAR
 from monitors.condition.demonstrator import CAR as DEMONSTRATOR
 from tierod.core.graph.bank import Bank
-from tierod.diagnosis.debounce import DebounceCounter
 from tierod.diagnosis.switchover import Substitute, SubstitutionGraph
-from tierod.methods.detectors.control_charts import Cusum, Debounce, GeometricAverage, HeldThreshold
-from tierod.methods.detectors.likelihood_tests import LikelihoodRatio, MovingMoments, SequentialTest, TwoSided
+from tierod.diagnosis.trouble_codes import DebounceCounter
+from tierod.methods.detectors.control_charts import Cusum, Debounce, HeldThreshold
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.observers import Luenberger
 from tierod.methods.filters import Butterworth, Differentiator, FirstOrderLowPass, InputHold, JumpGate
-from tierod.methods.identification.drive_model import DriveLikelihood, DriveNoises, drive_filter
+from tierod.methods.identification.bench_recording import BenchParameters, RoundedColumn, SampledColumn
+from tierod.methods.identification.drives import DriveLikelihood, DriveNoises, drive_filter
 from tierod.methods.identification.maximum_likelihood import Innovations, Simulation
-from tierod.methods.identification.sampled_column import BenchParameters, RoundedColumn, SampledColumn
-from tierod.models.friction_estimation import FrictionEstimation as EstimatedFriction
-from tierod.models.lateral_parameters import LateralParameters
+from tierod.models.lateral_motion import LateralParameters
 from tierod.models.stator_frame_motor import MotorParameters, SampledMotorParameters
 from tierod.models.steering_column import ColumnParameters, TwoInertiaParameters
 from tierod.monitors.condition.kinds import KindOfFault
@@ -49,6 +47,7 @@ from tierod_lab.papers.condition.rules.calibration import ResidualCalibration
 from tierod_lab.papers.condition.rules.parameters import RESIDUALS, Coefficients
 from tierod_lab.papers.condition.rules.readings import ResidualThreshold
 from tierod_lab.papers.condition.rules.rule_monitor import RulesWithReaction, rule_monitor
+from tierod_lab.papers.friction.joint_model import FrictionEstimation as EstimatedFriction
 from tierod_lab.papers.friction.linearised import LinearisedFrictionMonitor, linearised
 from tierod_lab.papers.friction.presets import consistent, unscented
 from tierod_lab.papers.friction.refined import RefinedFrictionMonitor
@@ -112,12 +111,7 @@ EXAMPLES: dict[type, Callable[[], Any]] = {
     ),
     PositionControl: lambda: PositionControl.design(COLUMN, 140.0, 1e-3, friction=0.1),
     Cusum: lambda: Cusum(0.5, 4.0, 20.0),
-    GeometricAverage: lambda: GeometricAverage(0.2, 0.8, restart=True),
     HeldThreshold: lambda: HeldThreshold(0.5, 3),
-    LikelihoodRatio: lambda: LikelihoodRatio(1.0, 6.0, (3, 12, 48)),
-    SequentialTest: lambda: SequentialTest(1.0, 1.0, 5.0, -5.0),
-    TwoSided: lambda: TwoSided(SequentialTest(1.0, 1.0, 5.0, -5.0), SequentialTest(-1.0, 1.0, 5.0, -5.0)),
-    MovingMoments: lambda: MovingMoments(50),
     Debounce: lambda: Debounce(0.05, 0.1, DT),
     DebounceCounter: lambda: DebounceCounter(2.0, 3.0),
     Reconfiguration: lambda: Reconfiguration.of_vehicle(load("smartload"), DT),

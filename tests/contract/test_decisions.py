@@ -6,11 +6,11 @@ import dataclasses
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.methods.detectors import Cusum, GeometricAverage, HeldThreshold, LikelihoodRatio, SequentialTest
+from tierod.methods.detectors import Cusum, HeldThreshold
 from tierod.monitors.registry import MONITORS
 from tierod.vehicles import load, shipped
 
-DECIDING = (Cusum, GeometricAverage, HeldThreshold, LikelihoodRatio, SequentialTest)
+DECIDING = (Cusum, HeldThreshold)
 """Blocks whose only use is to decide."""
 
 VARIANTS = [(monitor, variant) for monitor in MONITORS for variant in MONITORS[monitor].variants]

@@ -1,23 +1,21 @@
+"""Trouble codes, their debouncing and the memory that holds them."""
+
+from __future__ import annotations
+
 import numpy as np
 import pytest
 
 from diagnosis.memories import code, drive, table
 from tierod.core.errors import InputError, ParameterError
-from tierod.diagnosis.entry import CLEARED, CodeStatus
+from tierod.core.graph import scan
+from tierod.diagnosis.entry import CodeStatus
 from tierod.diagnosis.fault_memory import CAUSE_DELAY, FaultMemory
-
-FAILED_NOW = CodeStatus.TEST_FAILED | CodeStatus.FAILED_THIS_CYCLE | CodeStatus.PENDING | CodeStatus.FAILED_SINCE_CLEAR
+from tierod.diagnosis.trouble_codes import DebounceCounter, DebounceCounters, TroubleCode, load_trouble_codes
+from tierod.monitors.registry import MONITORS
 
 
 def status(memory, name="a"):
     return memory.entries[name].status
-
-
-def test_before_the_first_drive_nothing_is_known():
-    memory = FaultMemory(table(a=code(1)))
-    assert status(memory) == CLEARED == 0x50
-    assert not memory.lamp
-    assert memory.reaction == "none"
 
 
 def test_the_status_byte_bit_by_bit():
@@ -45,18 +43,6 @@ def test_the_status_byte_bit_by_bit():
     assert statuses[12:] == [0xED, 0xAC, 0x28]
     cycle(-1.0)  # ages: only "failed since clear" stays
     assert statuses[15:] == [0x68, 0x28, 0x20]
-
-
-def test_a_failure_is_pending_at_once_and_confirmed_in_the_second_cycle():
-    memory = FaultMemory(table(a=code(1, confirmation_cycles=2, lamp=True, reaction="degrade")))
-    assert drive(memory, {"a": (-1.0, 5.0, 1.0)}) == ((0.0, "a", "passed"), (5.0, "a", "failed"))
-    assert status(memory) == FAILED_NOW
-    assert not memory.lamp
-    drive(memory, {"a": (0.0, 3.0, 1.0)})
-    assert status(memory) == FAILED_NOW | CodeStatus.CONFIRMED | CodeStatus.WARNING_REQUESTED
-    assert memory.lamp
-    assert memory.reaction == "degrade"
-    assert memory.entries["a"].occurrences == 1  # it never passed in between
 
 
 def test_pending_falls_with_a_cycle_that_passes_but_not_with_one_that_tests_nothing():
@@ -91,16 +77,6 @@ def test_a_confirmed_code_heals_and_then_ages():
     assert memory.entries["a"].first is None
 
 
-def test_a_relapse_begins_healing_anew():
-    memory = FaultMemory(table(a=code(1, lamp=True, healing_cycles=2)))
-    drive(memory, {"a": 1.0})
-    drive(memory, {"a": -1.0})
-    drive(memory, {"a": (-1.0, 5.0, 1.0)})
-    drive(memory, {"a": -1.0})
-    assert memory.lamp
-    assert memory.entries["a"].occurrences == 2
-
-
 def test_a_consequence_is_not_raised_while_its_cause_has_failed():
     memory = FaultMemory(table(a=code(1), b=code(2, consequence_of=("a",)), c=code(3, consequence_of=("b",))))
     drive(memory, {"a": (-1.0, 3.0, 1.0), "b": (-1.0, 4.0, 1.0), "c": (-1.0, 5.0, 1.0)})
@@ -132,23 +108,6 @@ def test_freeze_frames_hold_the_signals_around_the_first_and_the_latest_failure(
     assert (last.cycle, last.instant, last.time[-1]) == (3, pytest.approx(9.9), 0.0)
 
 
-def test_frames_do_not_depend_on_how_the_drive_is_cut():
-    time = np.arange(1000) / 100.0
-    result, speed = np.where(time < 4.99, -1.0, 1.0), np.where(np.arange(1000) % 7 == 0, np.nan, time)
-    frames = []
-    for size in (1000, 137, 13):
-        memory = FaultMemory(table(a=code(1)))
-        memory.begin_cycle("2026-01-01")
-        for at in range(0, 1000, size):
-            piece = slice(at, at + size)
-            memory.absorb(time[piece], {"a": result[piece]}, {"vehicle_speed": speed[piece]})
-        memory.end_cycle()
-        frames.append(memory.entries["a"].first)
-    assert frames[0] == frames[1] == frames[2]
-    assert len(frames[0].time) <= 61
-    assert 0.0 in frames[0].time
-
-
 def test_a_full_memory_displaces_the_least_important_code():
     codes = table(**{f"c{k}": code(k, priority=10 * k) for k in range(1, 6)})
     memory = FaultMemory(codes, places=3)
@@ -157,29 +116,6 @@ def test_a_full_memory_displaces_the_least_important_code():
     assert memory.overflowed
     drive(memory, {"c4": 1.0})
     assert not memory.entries["c4"].stored
-
-
-def test_clearing_forgets_and_a_fault_that_is_still_there_comes_back():
-    memory = FaultMemory(table(a=code(1), b=code(2)))
-    time = np.arange(10.0)
-    memory.begin_cycle()
-    memory.absorb(time, {"a": np.ones(10), "b": np.ones(10)})
-    memory.clear("a")
-    assert [name for name, entry in memory.entries.items() if entry.stored] == ["b"]
-    memory.absorb(time + 10.0, {"a": np.ones(10), "b": np.ones(10)})
-    assert memory.entries["a"].stored
-    memory.end_cycle()
-    memory.clear()
-    assert all(entry.status == CLEARED for entry in memory.entries.values())
-
-
-def test_a_displaced_code_still_says_that_its_test_fails():
-    memory = FaultMemory(table(a=code(1, priority=1), b=code(2, priority=9, lamp=True)), places=1)
-    drive(memory, {"b": (-1.0, 2.0, 1.0), "a": (-1.0, 4.0, 1.0)})
-    kept = CodeStatus.TEST_FAILED | CodeStatus.FAILED_THIS_CYCLE | CodeStatus.FAILED_SINCE_CLEAR
-    assert status(memory, "b") == kept
-    assert not memory.entries["b"].stored
-    assert not memory.lamp
 
 
 def test_a_consequence_that_outlasts_its_cause_is_raised():
@@ -198,54 +134,6 @@ def test_a_consequence_that_outlasts_its_cause_is_raised():
     ]
     assert changes[-1][0] == pytest.approx(6.1)
     assert memory.entries["b"].stored
-
-
-def test_a_consequence_of_what_fails_is_no_step_towards_healing():
-    memory = FaultMemory(table(a=code(1), b=code(2, consequence_of=("a",), healing_cycles=1, lamp=True)))
-    drive(memory, {"b": 1.0})
-    drive(memory, {"b": (-1.0, 5.0, 1.0), "a": (-1.0, 5.0, 1.0)})
-    assert memory.entries["b"].consequence_of == "a"
-    assert memory.lamp
-
-
-def test_a_code_without_a_lamp_ages_from_its_first_passed_cycle_on():
-    memory = FaultMemory(table(a=code(1, healing_cycles=9, aging_cycles=2)))
-    drive(memory, {"a": 1.0})
-    drive(memory, {"a": -1.0})
-    assert memory.entries["a"].stored
-    drive(memory, {"a": -1.0})
-    assert not memory.entries["a"].stored
-
-
-def test_clearing_one_code_leaves_others_as_they_are_and_keeps_no_frame_of_its_own():
-    memory = FaultMemory(table(a=code(1), b=code(2, increment=1, decrement=1)))
-    time = np.arange(100) / 10.0
-    memory.begin_cycle()
-    speed = {"vehicle_speed": time}
-    memory.absorb(time, {"a": np.where(time < 9.5, -1.0, 1.0), "b": np.ones(100)}, speed)
-    memory.clear("C1A01-62")
-    assert memory.entries["b"].counter == 100
-    changes = memory.absorb(time + 10.0, {"b": np.ones(100)}, speed)
-    assert changes == ((pytest.approx(12.6), "b", "failed"),)
-    memory.end_cycle()
-    assert memory.entries["a"].status == CLEARED
-    assert memory.entries["a"].last is None
-
-
-def test_signals_that_the_table_does_not_list_are_left_out():
-    memory = FaultMemory(table(a=code(1)))
-    memory.begin_cycle()
-    memory.absorb([0.0], {"a": [1.0]}, {"vehicle_speed": [3.0], "motor_torque": [1.0]})
-    memory.end_cycle()
-    assert memory.entries["a"].last.at_instant() == {"vehicle_speed": 3.0}
-
-
-def test_the_strongest_reaction_of_what_fails_now_counts():
-    memory = FaultMemory(table(a=code(1, reaction="degrade"), b=code(2, reaction="off")))
-    drive(memory, {"a": 1.0, "b": 1.0})
-    assert memory.reaction == "off"
-    drive(memory, {"b": -1.0})
-    assert memory.reaction == "degrade"
 
 
 def test_bad_input_is_named():
@@ -268,3 +156,88 @@ def test_bad_input_is_named():
     memory.absorb([5.0], {"friction": [1.0]})
     with pytest.raises(InputError, match="must be finite and increase"):
         memory.absorb([4.0], {"friction": [1.0]})
+
+
+def run(block, results):
+    state, outputs = block.init(), []
+    for result in results:
+        state, output = block.step(state, DebounceCounter.Sample(result))
+        outputs.append(output)
+    return outputs
+
+
+def test_it_fails_after_127_and_passes_after_128_results_and_is_clamped():
+    counters = run(DebounceCounter(), [1.0] * 200)
+    assert [output.verdict for output in counters].index(1.0) == 126
+    assert counters[-1].counter == 127.0
+    back = run(DebounceCounter(jump=False), [1.0] * 200 + [-1.0] * 400)
+    assert [output.verdict for output in back].index(-1.0) == 200 + 254
+    assert back[-1].counter == -128.0
+
+
+@pytest.mark.parametrize("none", [0.0, float("nan")])
+def test_without_a_result_the_counter_is_frozen(none):
+    outputs = run(DebounceCounter(), [1.0] * 50 + [none] * 1000 + [1.0] * 77)
+    assert outputs[-2].verdict == 0.0
+    assert outputs[-1].verdict == 1.0
+
+
+def test_a_consequence_stands_still_while_its_cause_has_failed():
+    bank = DebounceCounters((DebounceCounter(127.0, 128.0), DebounceCounter(1.0, 1.0)), ((), (0,)))
+    results = np.array([[-1.0, 1.0]] * 60 + [[1.0, 1.0]] * 100 + [[-1.0, 1.0]] * 66)
+    done = scan(bank, results)
+    assert done["verdict_1"][-1] == 0.0
+    # 61 results count before the cause has failed, 65 after it has passed; the next one makes 127.
+    more = scan(bank, np.array([[-1.0, 1.0]]), done.state)
+    assert more["verdict_1"][-1] == 1.0
+
+
+WHOLE = """
+[codes.a]
+code = "C1A01-92"
+meaning = "something"
+monitor = "friction"
+
+[freeze_frame]
+yaw_rate = 0xD001
+"""
+
+
+def test_every_shipped_code_is_fed_by_a_monitor():
+    codes = load_trouble_codes()
+    assert codes.codes
+    for code_ in codes.codes.values():
+        assert code_.monitor in MONITORS
+
+
+@pytest.mark.parametrize(
+    ("display", "number"),
+    [("P0123-00", 0x012300), ("C1A01-92", 0x5A0192), ("B3FFF-FF", 0xBFFFFF), ("U0100-87", 0xC10087)],
+)
+def test_the_three_bytes_of_a_code(display, number):
+    assert TroubleCode(display, "", "friction").number == number
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (('"C1A01-92"', '"X1A01-92"'), "line 2.*letter of PCBU"),
+        (("meaning", "meanign"), "meanign"),
+        (('monitor = "friction"', 'monitor = "friction"\nfailed_by = ["broken"]'), "'broken'"),
+        (('monitor = "friction"', 'monitor = "friction"\nfailed_by = ["healthy"]'), "one of them only"),
+        (('monitor = "friction"', 'monitor = "friction"\nconsequence_of = ["b"]'), "consequence of 'b'"),
+        (('monitor = "friction"', 'monitor = "friction"\nconsequence_of = ["a"]'), "remove the loop"),
+        (('monitor = "friction"', 'monitor = "friction"\npriority = 0'), "expected 1 to 255"),
+        (("yaw_rate", "yaw_rat"), "did you mean 'yaw_rate'"),
+        (("0xD001", "70000"), "0 to 65535"),
+        (("[freeze_frame]", "[freezer]"), "'freezer'"),
+    ],
+)
+def test_a_slip_in_the_table_is_named(tmp_path, change, says):
+    path = tmp_path / "codes.toml"
+    path.write_text(WHOLE)
+    load_trouble_codes(path)
+    spoilt = tmp_path / "spoilt.toml"
+    spoilt.write_text(WHOLE.replace(*change))
+    with pytest.raises(ParameterError, match=says):
+        load_trouble_codes(spoilt)

@@ -1,3 +1,5 @@
+from __future__ import annotations
+
 import json
 import os
 import random
@@ -10,7 +12,6 @@ import pytest
 
 from diagnosis.memories import code, drive, table
 from tierod.core.errors import InputError, OutputError
-from tierod.core.processes import alone
 from tierod.diagnosis.entry import CodeStatus
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.diagnosis.store import digest_of
@@ -30,20 +31,6 @@ def test_what_is_written_is_read_again(tmp_path):
     assert again.entries == memory.entries
     assert (again.cycles, again.date, again.open) == (1, "2026-01-01", False)
     assert [each.name for each in tmp_path.iterdir()] == ["memory.json"]
-
-
-def test_a_cycle_that_a_lost_program_left_open_is_ended(tmp_path):
-    path = tmp_path / "memory.json"
-    memory = FaultMemory.opened(path, "car", CODES)
-    memory.begin_cycle()
-    memory.absorb(np.arange(5.0), {"c1": np.ones(5)})
-    again = FaultMemory.opened(path, "car", CODES)
-    assert again.open
-    again.begin_cycle()
-    again.absorb(np.arange(5.0), {"c1": -np.ones(5)})
-    again.end_cycle()
-    assert confirmed(again) == {"c1"}
-    assert not again.entries["c1"].status & CodeStatus.PENDING
 
 
 def spoilt(path, how):
@@ -98,36 +85,6 @@ def test_a_file_that_does_not_fit_is_refused_and_left_alone(tmp_path, how, says)
     assert path.read_bytes() == before
 
 
-@pytest.mark.parametrize("value", [float("nan"), 10**400, -(10**400), None, [], 1e308])
-@pytest.mark.parametrize(
-    "field", ["status", "counter", "verdict", "occurrences", "failed_cycles", "healed", "consequence_of"]
-)
-def test_an_entry_of_other_kinds_is_refused_though_its_digest_fits(tmp_path, field, value):
-    path = tmp_path / "memory.json"
-    drive(FaultMemory.opened(path, "car", CODES), {"c1": (-1.0, 5.0, 1.0)})
-    document = json.loads(path.read_text())
-    document["content"]["entries"]["c1"][field] = value
-    path.write_text(json.dumps({**document, "digest": digest_of(document["content"], "car")}))
-    with pytest.raises(InputError, match="damaged"):
-        FaultMemory.opened(path, "car", CODES)
-
-
-@pytest.mark.parametrize("field", ["cycle", "date", "instant", "time", "values"])
-@pytest.mark.parametrize(
-    "value", [float("nan"), -float("inf"), [float("inf")], {"vehicle_speed": [10**400]}, {"x": [1.0]}]
-)
-def test_a_freeze_frame_of_other_kinds_is_refused_though_its_digest_fits(tmp_path, field, value):
-    path = tmp_path / "memory.json"
-    drive(FaultMemory.opened(path, "car", CODES), {"c1": (-1.0, 5.0, 1.0)})
-    document = json.loads(path.read_text())
-    frame = document["content"]["entries"]["c1"]["first"]
-    assert set(frame) == {"cycle", "date", "instant", "time", "values"}
-    frame[field] = value
-    path.write_text(json.dumps({**document, "digest": digest_of(document["content"], "car")}))
-    with pytest.raises(InputError, match="damaged"):
-        FaultMemory.opened(path, "car", CODES)
-
-
 def test_the_memory_of_another_vehicle_is_refused_and_left_alone(tmp_path):
     path = tmp_path / "memory.json"
     drive(FaultMemory.opened(path, "car", CODES), {"c1": 1.0})
@@ -148,19 +105,6 @@ def test_a_table_that_has_grown_reads_what_was_written_before(tmp_path):
         FaultMemory.opened(path, "car", small)
 
 
-def test_a_link_stays_and_what_killed_writers_left_where_it_leads_is_removed(tmp_path):
-    (tmp_path / "there").mkdir()
-    target, link = tmp_path / "there" / "m[1].json", tmp_path / "link.json"
-    link.symlink_to(target)
-    drive(FaultMemory.opened(link, "car", CODES), {"c1": 1.0})
-    left = target.with_name(".m[1].0123456789ab.json")
-    left.write_text("half")
-    drive(FaultMemory.opened(link, "car", CODES), {"c2": 1.0})
-    assert link.is_symlink()
-    assert not left.exists()
-    assert confirmed(FaultMemory.opened(target, "car", CODES)) == {"c1", "c2"}
-
-
 def test_a_file_that_appeared_meanwhile_is_not_overwritten(tmp_path):
     path = tmp_path / "memory.json"
     memory = FaultMemory.opened(path, "car", CODES)
@@ -168,22 +112,6 @@ def test_a_file_that_appeared_meanwhile_is_not_overwritten(tmp_path):
     with pytest.raises(OutputError, match="not the one that was read"):
         memory.save()
     assert path.read_text() == '{"mine": 1}'
-
-
-def test_what_could_not_be_written_is_written_once_there_is_room(tmp_path, monkeypatch):
-    path = tmp_path / "memory.json"
-    memory = FaultMemory.opened(path, "car", CODES)
-    memory.begin_cycle()
-
-    def full(_):
-        raise OutputError("no space")
-
-    with monkeypatch.context() as patched:
-        patched.setattr("tierod.diagnosis.store.replacing", full)
-        with pytest.raises(OutputError, match="no space"):
-            memory.absorb(np.arange(3.0), {"c1": np.ones(3)})
-    memory.end_cycle()
-    assert confirmed(FaultMemory.opened(path, "car", CODES)) == {"c1"}
 
 
 def test_two_programs_do_not_overwrite_each_other(tmp_path):
@@ -208,17 +136,6 @@ def test_a_change_is_written_as_one_at_its_end_or_not_at_all(tmp_path):
     assert FaultMemory.opened(path, "car", CODES).cycles == 1
 
 
-def test_what_a_change_holds_no_other_program_writes(tmp_path, monkeypatch):
-    monkeypatch.setattr(alone.__wrapped__, "__defaults__", (0.0,))
-    path = tmp_path / "memory.json"
-    other = FaultMemory.opened(path, "car", CODES)
-    with FaultMemory.changing(path, "car", CODES) as memory:
-        with pytest.raises(OutputError, match="another program has been writing in its folder.*run again"):
-            other.begin_cycle()
-        drive(memory, {"c1": 1.0})
-    assert FaultMemory.opened(path, "car", CODES).cycles == 1
-
-
 def test_a_recording_that_was_taken_is_refused_until_all_is_cleared(tmp_path):
     path = tmp_path / "memory.json"
     memory = FaultMemory.opened(path, "car", CODES)
@@ -233,25 +150,6 @@ def test_a_recording_that_was_taken_is_refused_until_all_is_cleared(tmp_path):
     memory.clear()
     memory.begin_cycle("2026-01-02", "fingerprint")
     assert memory.cycles == 2
-
-
-def test_of_very_many_recordings_the_latest_are_known(monkeypatch):
-    monkeypatch.setattr("tierod.diagnosis.fault_memory.RECORDINGS", 3)
-    memory = FaultMemory(CODES, "car")
-    for number in range(5):
-        memory.begin_cycle("2026-01-01", f"fingerprint {number}")
-        memory.end_cycle()
-    assert list(memory.recordings) == ["fingerprint 2", "fingerprint 3", "fingerprint 4"]
-
-
-def test_a_file_of_before_recordings_were_known_is_read(tmp_path):
-    path = tmp_path / "memory.json"
-    drive(FaultMemory.opened(path, "car", CODES), {"c1": 1.0})
-    document = json.loads(path.read_text())
-    del document["content"]["recordings"]
-    path.write_text(json.dumps({**document, "digest": digest_of(document["content"], "car")}))
-    drive(FaultMemory.opened(path, "car", CODES), {"c2": 1.0})
-    assert confirmed(FaultMemory.opened(path, "car", CODES)) == {"c1", "c2"}
 
 
 def child(path, acknowledged, last_byte):
@@ -308,8 +206,3 @@ def survive(path, kills):
 
 def test_killed_at_random_bytes_it_loses_no_confirmed_code(tmp_path):
     survive(tmp_path / "memory.json", 10)
-
-
-@pytest.mark.slow
-def test_killed_a_thousand_times_it_loses_no_confirmed_code(tmp_path):
-    survive(tmp_path / "memory.json", 1000)

@@ -1,20 +1,15 @@
-"""Running statistics: delay and gain between two signals, moments, sizes, outermost levels, fed in pieces."""
+"""Running statistics, fed in pieces, and their consistency."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from tierod.methods.running import (
-    BLOCK,
-    LONGEST,
-    RATE,
-    LaggedCorrelation,
-    Moments,
-    OuterLevels,
-    Sizes,
-    cross_correlation,
-)
+from example_models import Cart, CartParameters, Two
+from tierod.core.graph import scan
+from tierod.methods.analysis.consistency import consistency
+from tierod.methods.estimators import KalmanFilter
+from tierod.methods.running import BLOCK, RATE, LaggedCorrelation, Moments
 
 
 def follower(delay: float, gain: float = 1.0, noise: float = 0.0, blocks: int = 10) -> LaggedCorrelation:
@@ -43,36 +38,6 @@ def test_a_delay_is_found_between_the_samples(delay):
     assert found.deviation < 0.005
 
 
-@pytest.mark.parametrize("gain", [0.5, 2.0, -1.0])
-def test_the_gain_is_that_of_the_second_over_the_first(gain):
-    found = follower(0.01, gain).found()
-    assert found.gain == pytest.approx(gain, rel=0.06)
-    assert found.delay == pytest.approx(0.01, abs=0.003)
-
-
-def test_the_deviation_holds_what_noise_does():
-    errors = [follower(0.1, noise=6.0).found()]
-    assert abs(errors[0].delay - 0.1) < 4.0 * errors[0].deviation
-    assert errors[0].deviation > follower(0.1).found().deviation
-    assert errors[0].correlation < 0.6
-
-
-def test_blocks_that_say_nothing_are_left_out():
-    lag = follower(0.1)
-    before = lag.found()
-    lag.add(np.full(BLOCK, np.nan), np.ones(BLOCK))
-    lag.add(np.full(BLOCK, 3.0), np.ones(BLOCK))
-    assert lag.found() == before
-    assert LaggedCorrelation(0.1).found() is None
-
-
-def test_the_cross_correlation_sums_products():
-    first, second = np.random.default_rng(2).normal(size=(2, 200))
-    for k, found in zip(range(-LONGEST, LONGEST + 1), cross_correlation(first, second, LONGEST), strict=True):
-        inside = [first[i] * second[i + k] for i in range(200) if 0 <= i + k < 200]
-        assert found == pytest.approx(sum(inside), rel=1e-12, abs=1e-12)
-
-
 def pieces(values):
     return np.split(values, [1, 17, 17, 400])
 
@@ -90,20 +55,47 @@ def test_moments_are_those_of_all_samples_together():
     assert found.means == pytest.approx(whole.mean(axis=0), rel=1e-12)
 
 
-def test_the_outermost_levels_are_those_of_all_samples_together():
-    values = np.round(np.random.default_rng(8).normal(size=2000), 1)
-    found = OuterLevels()
-    for part in pieces(values):
-        found.add(part)
-    levels, counts = np.unique(values, return_counts=True)
-    (low, least, few, near), (high, most, many, beside) = found.ends()
-    assert (low, least, [few, *near]) == ("lower", levels[0], counts[:4].tolist())
-    assert (high, most, [many, *beside]) == ("upper", levels[-1], counts[:-5:-1].tolist())
+CART_FILTER = KalmanFilter(
+    Cart,
+    CartParameters(),
+    initial_mean=(0.0, 0.0),
+    initial_variance=(1.0, 1.0),
+    process_noise=(0.02, 0.01),
+    measurement_noise=(0.1, 0.2),
+    full_covariance=True,
+)
 
 
-def test_quantiles_of_sizes_are_right_to_a_bin():
-    values = np.random.default_rng(9).normal(size=5000)
-    found = Sizes()
-    for part in pieces(values):
-        found.add(part)
-    assert found.quantile(0.5) == pytest.approx(np.quantile(np.abs(values), 0.5), rel=0.06)
+def run(count=20_000, seed=0, missing=0.2):
+    rng = np.random.default_rng(seed)
+    state = Two(*rng.normal(size=2).tolist())
+    rows, truth = [], []
+    force = rng.normal(size=count)
+    for k in range(count):
+        state = Cart.transition(state, Cart.Input(float(force[k])), CartParameters())
+        state = Two(*(np.array(state) + rng.normal(size=2) * np.sqrt([0.02, 0.01])).tolist())
+        rows.append([force[k], *(np.array(state) + rng.normal(size=2) * np.sqrt([0.1, 0.2]))])
+        truth.append(state)
+    samples = np.array(rows)
+    samples[:, 1:][rng.random((count, 2)) < missing] = np.nan
+    return samples, np.array(truth)
+
+
+@pytest.fixture(scope="module")
+def cart():
+    samples, truth = run()
+    return samples, truth, scan(CART_FILTER, samples)
+
+
+def test_a_right_model_is_consistent_white_and_honest(cart):
+    samples, truth, result = cart
+    first, both, second = result.values[:, [k for k, name in enumerate(result.names) if "covariance" in name]].T
+    error = result.values[:, :2] - truth
+    weights = np.linalg.inv(np.moveaxis([[first, both], [both, second]], 2, 0))
+    found = consistency(result)
+    assert found.measurements == np.isfinite(samples[:, 1:]).sum()
+    assert found.samples == np.isfinite(samples[:, 1:]).any(axis=1).sum()
+    assert found.consistent
+    assert found.white
+    assert found.outside == pytest.approx(0.05, abs=0.01)
+    assert np.einsum("ni,nij,nj->n", error, weights, error).mean() / 2.0 == pytest.approx(1.0, abs=0.05)

@@ -1,6 +1,6 @@
 """Parameters of the mid-size car, written out so that no file decides a test."""
 
-from tierod.models.friction_estimation import FrictionParameters
+from tierod.models.steering_column import FrictionParameters
 
 CAR = FrictionParameters(
     mass=1600.0,

@@ -1,4 +1,4 @@
-"""friction"""
+"""Friction: Dahl's equation and its sensitivities, Coulomb, Stribeck, LuGre; lags solved over a sample."""
 
 from __future__ import annotations
 
@@ -8,47 +8,23 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
 
 from tierod.physics import friction
 from tierod.physics.friction import (
     RELAXED,
     BuildUp,
-    dahl_power_update,
+    damped_rotation,
     exponential_build_up,
     finite_build_up,
+    gauss_markov_noise,
+    lagged_ramp,
     long_build_up,
 )
+from tierod_lab.ground.laws import dahl_power_update
 
 ANGLE = math.radians(1.0)
-
-
-def integrated(normalised, increment, angle, exponent, steps=20_000):
-    """A slow oracle: Dahl's equation, 1976, by many small midpoint steps, (n,) at once."""
-    direction, part = np.copysign(1.0, increment), increment / steps
-
-    def slope(level):
-        gap = 1.0 - level * direction
-        return np.abs(gap) ** exponent * np.sign(gap) / angle
-
-    for _ in range(steps):
-        normalised = normalised + part * slope(normalised + 0.5 * part * slope(normalised))
-    return normalised
-
-
-@pytest.mark.parametrize("exponent", [0.5, 1.0, 1.5, 2.0, 3.0])
-def test_closed_form_is_the_integral_of_dahls_equation(exponent):
-    starts, turns = np.meshgrid([-1.0, -0.4, 0.0, 0.7], [-2.0, -0.1, 0.3, 1.7])
-    found = integrated(starts.ravel(), turns.ravel() * ANGLE, ANGLE, exponent)
-    for start, turned, each in zip(starts.ravel(), turns.ravel(), found, strict=True):
-        exact = friction.dahl_power_update(start, turned * ANGLE, ANGLE, exponent)
-        assert exact == pytest.approx(each, abs=2e-4), (start, turned)
-
-
-@given(st.floats(-1, 1), st.floats(-5, 5))
-def test_exponent_one_is_the_exponential(start, turned):
-    plain = friction.dahl_update(start, turned * ANGLE, ANGLE)
-    assert friction.dahl_power_update(start, turned * ANGLE, ANGLE, 1.0) == pytest.approx(plain, abs=1e-12)
-    assert friction.dahl_power_update(start, turned * ANGLE, ANGLE, 1.0 + 1e-5) == pytest.approx(plain, abs=2e-4)
 
 
 @given(st.floats(-1, 1), st.floats(-5, 5))
@@ -57,33 +33,6 @@ def test_the_mean_of_dahls_friction_is_that_over_its_path(start, turned):
     values = np.array([friction.dahl_update(start, angle, ANGLE) for angle in path])
     mean = np.mean(0.5 * (values[1:] + values[:-1]))
     assert friction.dahl_mean(start, turned * ANGLE, ANGLE) == pytest.approx(mean, abs=1e-5)
-
-
-@given(st.floats(-1, 1), st.floats(-20, 20), st.floats(0.0, 5.0))
-def test_dahl_stays_between_the_levels(start, turned, exponent):
-    after = friction.dahl_power_update(start, turned * ANGLE, ANGLE, exponent)
-    assert -1.0 - 1e-12 <= after <= 1.0 + 1e-12
-
-
-@given(st.floats(-1, 1), st.floats(0.0, 3.0), st.floats(0.0, 3.0), st.floats(0.2, 4.0))
-def test_two_increments_are_one(start, first, second, exponent):
-    halves = friction.dahl_power_update(
-        friction.dahl_power_update(start, first * ANGLE, ANGLE, exponent), second * ANGLE, ANGLE, exponent
-    )
-    assert halves == pytest.approx(
-        friction.dahl_power_update(start, (first + second) * ANGLE, ANGLE, exponent), abs=1e-9
-    )
-
-
-@given(st.floats(-1, 1), st.floats(0.0, 4.0))
-def test_no_motion_changes_nothing(start, exponent):
-    assert friction.dahl_update(start, 0.0, ANGLE) == start
-    assert friction.dahl_power_update(start, 0.0, ANGLE, exponent) == pytest.approx(start, abs=1e-15)
-
-
-def test_exponent_below_one_reaches_the_level_after_a_finite_travel():
-    assert friction.dahl_power_update(-1.0, 2.0 * math.sqrt(2.0) * ANGLE * 1.001, ANGLE, 0.5) == 1.0
-    assert friction.dahl_power_update(-1.0, 2.0 * math.sqrt(2.0) * ANGLE * 0.9, ANGLE, 0.5) < 1.0
 
 
 @pytest.mark.parametrize("amplitude", [0.5, 2.0, 20.0])
@@ -110,46 +59,14 @@ def test_sensitivity_is_the_derivative_for_the_logarithm_of_the_angle(start, tur
     assert slope == pytest.approx((up - down) / (2.0 * step), abs=1e-7)
 
 
-def test_coulomb_and_its_smooth_form_agree_in_motion():
-    assert friction.coulomb(-0.4, 5.0) == -5.0
-    assert friction.coulomb(0.0, 5.0) == 0.0
-    assert friction.smooth_coulomb(0.4, 5.0, 0.02) == pytest.approx(5.0)
-    assert friction.smooth_coulomb(0.02, 5.0, 0.02) == pytest.approx(5.0 * 0.7616, rel=1e-4)
-
-
-def test_stribeck_falls_from_static_to_sliding():
-    assert friction.stribeck_level(0.0, 6.0, 4.0, 0.1) == pytest.approx(6.0)
-    assert friction.stribeck_level(-0.1, 6.0, 4.0, 0.1) == pytest.approx(4.0 + 2.0 / math.e)
-    assert friction.stribeck_level(5.0, 6.0, 4.0, 0.1) == pytest.approx(4.0)
-
-
-def test_lugre_settles_at_the_steady_curve_and_equals_dahl_without_damping():
-    stiffness, level, rate, deflection, step = 400.0, 4.0, 0.3, 0.0, 1e-5
-    for _ in range(20_000):
-        deflection += step * friction.lugre_bristle_rate(deflection, rate, stiffness, level)
-    torque = friction.lugre_torque(deflection, 0.0, rate, stiffness, 0.0, 0.0)
-    dahl = level * friction.dahl_update(0.0, 20_000 * step * rate, level / stiffness)
-    assert torque == pytest.approx(dahl, rel=1e-3)
-    settled = friction.lugre_torque(level / stiffness, 0.0, rate, stiffness, 1.0, 0.8)
-    assert settled == pytest.approx(level + 0.8 * rate)
-
-
-def test_laws_take_arrays():
-    rates = np.array([-1.0, 0.0, 2.0])
-    np.testing.assert_array_equal(friction.coulomb(rates, 3.0), [-3.0, 0.0, 3.0])
-    np.testing.assert_array_equal(friction.viscous(rates, 0.5), [-0.5, 0.0, 1.0])
-    many = friction.dahl_power_update(np.zeros(3), rates * ANGLE, ANGLE, 0.5)
-    np.testing.assert_allclose(many, [friction.dahl_power_update(0.0, r * ANGLE, ANGLE, 0.5) for r in rates.tolist()])
-
-
 LAWS = [(finite_build_up, 0.5), (exponential_build_up, 1.0), (long_build_up, 2.0)]
-levels = st.floats(-1.0, 1.0)
+level_values = st.floats(-1.0, 1.0)
 increments = st.floats(-0.2, 0.2)
 angles = st.floats(math.radians(0.05), math.radians(8.0))
 
 
 @pytest.mark.parametrize(("law", "exponent"), LAWS)
-@given(level=levels, increment=increments, angle=angles)
+@given(level=level_values, increment=increments, angle=angles)
 def test_agrees_with_the_general_solution_of_dahls_equation(law, exponent, level, increment, angle):
     general = dahl_power_update(level, increment, angle, exponent) if increment else level
     assert law(BuildUp(level, 0.0), increment, angle).level == pytest.approx(general, abs=1e-9)
@@ -171,17 +88,31 @@ def test_sensitivity_is_the_derivative_over_a_whole_path(law, exponent):
     assert end(at).sensitivity == pytest.approx(difference, rel=1e-5)
 
 
-@pytest.mark.parametrize(("law", "exponent"), LAWS)
-@given(level=levels, sensitivity=st.floats(-2.0, 2.0), angle=angles)
-def test_without_motion_nothing_changes(law, exponent, level, sensitivity, angle):
-    state = BuildUp(level, sensitivity)
-    assert tuple(law(state, 0.0, angle)) == pytest.approx(tuple(state), abs=1e-15)
+@pytest.mark.parametrize("lag", [0.003, 0.01, 0.4])
+def test_it_solves_the_equation_of_the_lag(lag):
+    before, after, output, time = 1.0, 3.0, -0.5, 0.01
+
+    def slope(t, y):
+        rate = (before + (after - before) * t / time - y[0]) / lag
+        return [rate, y[0]]
+
+    solved = solve_ivp(slope, (0.0, time), [output, 0.0], rtol=1e-10, atol=1e-12).y[:, -1]
+    ours = lagged_ramp(before, after, output, lag, time)
+    assert (ours.end, ours.mean) == pytest.approx((solved[0], solved[1] / time), rel=1e-7)
 
 
-@pytest.mark.parametrize(("law", "exponent"), LAWS)
-@given(level=levels, increment=increments, angle=angles)
-def test_friction_never_exceeds_its_level(law, exponent, level, increment, angle):
-    after = law(BuildUp(level, 0.0), increment, angle)
-    assert abs(after.level) <= 1.0 + 1e-12
-    assert math.isfinite(after.sensitivity)
-    assert (after.level - level) * increment >= -1e-15
+def test_the_noise_of_a_gauss_markov_process_keeps_its_deviation():
+    deviation, time, step, variance = 0.3, 2.0, 0.01, 0.0
+    for _ in range(20_000):
+        variance = np.exp(-2.0 * step / time) * variance + gauss_markov_noise(deviation, time, step)
+    assert np.sqrt(variance) == pytest.approx(deviation, rel=1e-9)
+
+
+@pytest.mark.parametrize(("inertia", "damping", "time"), [(0.045, 1.07, 0.01), (0.045, 20.0, 0.1), (2.0, 0.5, 0.3)])
+def test_it_solves_the_equation_of_motion(inertia, damping, time):
+    system = np.zeros((3, 3))
+    system[0, 1], system[1, 1], system[1, 2] = 1.0, -damping / inertia, 1.0 / inertia
+    exact = expm(time * system)
+    ours = damped_rotation(inertia, damping, time)
+    expected = (exact[1, 1], exact[0, 1], exact[1, 2], exact[0, 2])
+    assert ours == pytest.approx(expected, rel=1e-9)

@@ -1,79 +1,15 @@
+"""Tyres: brush, magic formula, relaxation."""
+
+from __future__ import annotations
+
 import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from tierod.physics import tyre
-
-STIFFNESS, ADHESION, LOAD, HALF_LENGTH = 110e3, 0.9, 9000.0, 0.075
-LIMIT = ADHESION * LOAD
-BRUSH = (STIFFNESS, ADHESION, LOAD)
-
-
-def test_brush_starts_with_the_cornering_stiffness():
-    assert tyre.brush_lateral_force(1e-6, *BRUSH) / 1e-6 == pytest.approx(STIFFNESS, rel=1e-4)
-    assert tyre.linear_lateral_force(1e-6, STIFFNESS) == pytest.approx(tyre.brush_lateral_force(1e-6, *BRUSH), rel=1e-4)
-
-
-@given(st.floats(-3, 3))
-def test_brush_force_is_odd_and_never_above_adhesion(slip):
-    force = tyre.brush_lateral_force(slip, *BRUSH)
-    assert abs(force) <= LIMIT
-    assert force == -tyre.brush_lateral_force(-slip, *BRUSH)
-
-
-def test_brush_peak_is_adhesion_times_load_from_the_sliding_slip_on():
-    sliding = tyre.sliding_slip(*BRUSH)
-    assert tyre.brush_lateral_force(sliding, *BRUSH) == pytest.approx(LIMIT)
-    assert tyre.brush_lateral_force(3.0 * sliding, *BRUSH) == LIMIT
-    assert tyre.brush_lateral_force(0.8 * sliding, *BRUSH) < LIMIT
-
-
-def test_brush_is_fialas_polynomial():
-    slip = np.linspace(0.0, 0.9, 7) * tyre.sliding_slip(*BRUSH)
-    fiala = STIFFNESS * slip - STIFFNESS**2 * slip**2 / (3.0 * LIMIT) + STIFFNESS**3 * slip**3 / (27.0 * LIMIT**2)
-    np.testing.assert_allclose(tyre.brush_lateral_force(slip, *BRUSH), fiala, rtol=1e-12, atol=1e-9)
-
-
-def test_aligning_torque_peaks_at_a_quarter_of_the_sliding_slip():
-    slip = np.linspace(0.0, 1.0, 4001) * tyre.sliding_slip(*BRUSH)
-    torque = tyre.brush_aligning_torque(slip, *BRUSH, HALF_LENGTH)
-    assert slip[np.argmax(torque)] / slip[-1] == pytest.approx(0.25, abs=1e-3)
-    assert torque.max() == pytest.approx(LIMIT * HALF_LENGTH * 27.0 / 256.0)
-
-
-def test_relaxation_settles_at_the_slip_and_holds_when_standing():
-    deflection, speed, length = 0.0, 10.0, 0.3
-    for _ in range(10_000):
-        deflection += 1e-4 * tyre.relaxation_rate(deflection, speed * 0.02, speed, length)
-    assert deflection / length == pytest.approx(0.02, rel=1e-6)
-    assert tyre.relaxation_rate(0.01, 0.0, 0.0, length) == 0.0
-
-
-def test_parking_torque_of_a_mid_size_car():
-    wheel = tyre.parking_torque(4700.0, 0.9, 2.2e5)
-    assert wheel == pytest.approx(0.9 * 4700.0 / 3.0 * math.sqrt(4700.0 / 2.2e5))
-    assert 15.0 < 2.0 * wheel / 15.5 < 35.0
-
-
-def test_the_deflection_of_a_dragged_tyre_is_bounded_and_that_of_a_rolling_one_is_not_touched():
-    deflection, length = 0.0, 0.4
-    for _ in range(10_000):
-        speed = tyre.relaxation_speed(0.0, 1.0, 0.3)
-        deflection += 1e-3 * tyre.relaxation_rate(deflection, 1.0, speed, length)
-    assert deflection == pytest.approx(0.3 * length)
-    assert tyre.relaxation_speed(100.0, (0.06 * 10.0) ** 2, 0.3) == pytest.approx(10.0, rel=4.1e-4)
-    assert tyre.relaxation_speed(0.0, 0.0, 0.3) == 0.0
-
-
-def test_a_bounded_rate_keeps_the_steady_deflection_and_its_own_limit():
-    for speed in (1.0, 50.0, 5000.0):
-        steady = 0.02 * 0.3
-        assert tyre.bounded_relaxation_rate(steady, 0.02 * speed, speed, 0.3, 1e-3) == pytest.approx(0.0, abs=1e-9)
-        rate = -tyre.bounded_relaxation_rate(1.0, 0.0, speed, 0.3, 1e-3)
-        assert rate == pytest.approx(1.0 / (0.3 / speed + 1e-3))
+from tierod.physics import tyre as mf
+from tierod_lab.ground.chassis import laws
 
 
 def test_a_standing_patch_twists_up_to_its_limit_and_rolls_it_off():
@@ -86,14 +22,6 @@ def test_a_standing_patch_twists_up_to_its_limit_and_rolls_it_off():
     assert twist == pytest.approx(limit * math.exp(-1.0), rel=0.02)
 
 
-def test_a_rolling_patch_twists_by_its_turn_slip():
-    length, limit, speed, turning = 0.05, 1e3, 5.0, 0.4
-    twist = 0.0
-    for _ in range(1000):
-        twist += 1e-3 * tyre.twist_rate(twist, turning, speed, limit, length)
-    assert twist / length == pytest.approx(tyre.turn_slip(turning, speed), rel=1e-4)
-
-
 def test_turn_slip_stiffness_is_the_sum_over_the_bristles():
     half_length, half_width, stiffness = 0.06, 0.08, 110e3
     x = half_length * (np.arange(1000) + 0.5) / 500.0
@@ -103,3 +31,40 @@ def test_turn_slip_stiffness_is_the_sum_over_the_bristles():
     area = 2.0 * half_width * 2.0 * half_length / dragged.size
     moment = per_area * float(np.sum(dragged * y[None, :])) * area
     assert tyre.turn_slip_stiffness(stiffness, half_width) == pytest.approx(moment, rel=1e-5)
+
+
+SHAPE, CURVATURE = 1.38, -0.3
+KX, KY, MUX, MUY, TYRE_LOAD = 25.0, 18.0, 1.1, 1.0, 4200.0
+BAKKER = [
+    (2.0, 0.244, 1.50, 1936.0, -0.132),
+    (4.0, 0.239, 1.19, 3650.0, -0.678),
+    (6.0, 0.164, 1.27, 5237.0, -1.61),
+    (8.0, 0.112, 1.36, 6677.0, -2.16),
+]
+"""Load [kN], B [1/deg], C, D [N], E of the side force of one tyre: Bakker, Nyborg, Pacejka, SAE 870421 (1987)."""
+
+
+@pytest.mark.parametrize(("load", "stiffness", "shape", "peak", "curvature"), BAKKER)
+def test_printed_curves_have_the_printed_stiffness_and_peak(load, stiffness, shape, peak, curvature):
+    slope = mf.magic_formula(1e-6, stiffness, shape, peak, curvature) / 1e-6
+    assert slope == pytest.approx(1078.0 * math.sin(1.82 * math.atan(0.208 * load)), rel=0.015)
+    curve = mf.magic_formula(np.linspace(0.0, 60.0, 60_001), stiffness, shape, peak, curvature)
+    assert curve.max() == pytest.approx(peak, rel=1e-6)
+    assert peak == pytest.approx(-22.1 * load**2 + 1011.0 * load, rel=0.015)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.7, 0.99])
+def test_the_slip_of_a_share_of_the_peak_gives_that_share(share):
+    scaled = mf.scaled_slip_of(share, SHAPE)
+    assert mf.magic_formula(scaled / 10.0, 10.0, SHAPE, 4000.0, 0.0) == pytest.approx(share * 4000.0, rel=1e-9)
+
+
+def forces(along, across):
+    return laws.combined_forces((along, across), (KX, KY), (MUX, MUY), TYRE_LOAD, SHAPE, CURVATURE)
+
+
+def test_the_trail_grows_with_load_and_vanishes_with_slip():
+    assert mf.trail(4500.0, 4500.0, 0.024, 0.0, 1.1) == 0.024
+    assert mf.trail(9000.0, 4500.0, 0.024, 0.0, 1.1) == 0.048
+    sliding = mf.trail(4500.0, 4500.0, 0.024, forces(0.0, 1.0).angle, 1.1)
+    assert abs(sliding) < 0.1 * 0.024

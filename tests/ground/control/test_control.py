@@ -10,9 +10,9 @@ import pytest
 from ground.rigs import STEP, Rig
 from tierod.core.block import leaves, rebuild, values_of
 from tierod.core.graph.analysis import jacobian
-from tierod.physics.single_track import steady_road_wheel_angle
 from tierod_lab.ground.control import ActiveReturn, AngleControl, AssistMemory, AssistUnit, Characteristic
 from tierod_lab.ground.drivers import AutomatedDriver, Sensed, Split
+from tierod_lab.ground.laws import steady_road_wheel_angle
 from tierod_lab.ground.parts import Demand, Hand, Seen
 from tierod_lab.ground.steering import Wheel
 from tierod_lab.ground.steering.column_eps import ColumnEps, WormGear

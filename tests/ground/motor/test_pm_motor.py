@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from ground.rigs import Run
-from tierod.physics.clarke_park import StatorVector, inverse_clarke
+from tierod.physics.motor import StatorVector, inverse_clarke
 from tierod_lab.ground.cars.benches import MotorBench
 from tierod_lab.ground.motor import AFS_MOTOR, EPS_MOTOR, Inverter, Warming
 

@@ -9,7 +9,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from tierod.core.graph import scan
-from tierod.physics.friction import dahl_slope, lugre_bristle_rate, lugre_torque, stribeck_level
+from tierod.physics.friction import dahl_slope
+from tierod_lab.ground.laws import lugre_bristle_rate, lugre_torque, stribeck_level
 from tierod_lab.ground.steering.friction import Dahl, DahlPower, DryFriction, Law, LuGre, Stribeck
 
 LAWS = [Dahl(), DahlPower(exponent=2.0), Stribeck(), LuGre()]

@@ -5,18 +5,7 @@ import shutil
 import numpy as np
 import pytest
 
-from foreign_files import (
-    COUNT,
-    SPEED,
-    START,
-    TIME,
-    YAW,
-    erg_file,
-    feather_file,
-    hdf5_file,
-    mcap_file,
-    ros_bag,
-)
+from foreign_files import COUNT, SPEED, START, TIME, YAW, erg_file, feather_file, hdf5_file, mcap_file, ros_bag
 from shared_data import shared_data
 from tierod.core.errors import InputError
 from tierod.io.readers import parse_channel_map, read

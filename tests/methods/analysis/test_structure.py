@@ -1,4 +1,6 @@
-"""Structural analysis against a published toolbox, and against cases that can be worked out by hand."""
+"""Structure and observability."""
+
+from __future__ import annotations
 
 import random
 from dataclasses import dataclass
@@ -8,7 +10,9 @@ import numpy as np
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.methods.analysis.structure import Equation, StructuralModel, gain_of_sensors, isolability, structure_of
+from tierod.methods.analysis.observability import require_fit
+from tierod.methods.analysis.structure import Equation, StructuralModel, isolability, structure_of
+from tierod.models.linear import LinearSystem
 
 
 def drawn(seed, equations=12, unknowns=8, faults=5):
@@ -44,13 +48,6 @@ def test_detectable_and_isolable_faults_are_those_of_the_toolbox(seed):
     assert np.array_equal(found.mistaken[np.ix_(order, order)][seen], theirs[seen])
 
 
-def test_drawn_structures_isolate_some_faults_but_not_all():
-    found = [isolability(drawn(seed)) for seed in SEEDS]
-    assert any(each.undetectable for each in found)
-    assert any(len(group) > 1 for each in found for group in each.groups)
-    assert any(each.isolable for each in found)
-
-
 def three_sensors_of_one_speed(count):
     return StructuralModel(tuple(Equation.of(f"sensor {k}", ["speed"], [f"y{k}"], f"fault {k}") for k in range(count)))
 
@@ -65,30 +62,6 @@ def test_two_sensors_of_one_quantity_detect_a_fault_and_three_isolate_it():
     one = isolability(three_sensors_of_one_speed(1))
     assert one.undetectable == ("fault 0",)
     assert one.groups == ()
-
-
-def test_four_sensors_of_one_quantity_show_two_faults_at_once():
-    pairs = {count: isolability(three_sensors_of_one_speed(count), at_once=2) for count in (3, 4)}
-    assert set(pairs[3].groups[-1]) == {"fault 0 + fault 1", "fault 0 + fault 2", "fault 1 + fault 2"}
-    assert all(len(group) == 1 for group in pairs[4].groups[:4])
-
-
-def test_the_sensor_that_helps_most_comes_first():
-    model = StructuralModel(
-        (
-            Equation.of("speed", ["speed"], ["y"], "speed fault"),
-            Equation.of("drag", ["speed", "force"], (), "drag fault"),
-        )
-    )
-    useless = Equation.of("temperature", ["temperature"], ["t"], "temperature fault")
-    second = Equation.of("second speed", ["speed"], ["z"], "second fault")
-    force = Equation.of("force", ["force"], ["f"], "force fault")
-    gains = gain_of_sensors(model, [useless, second, force])
-    assert [gain.sensor for gain in gains] == ["force", "second speed", "temperature"]
-    assert gains[0].detectable == ("speed fault", "drag fault")
-    assert gains[1].detectable == ("speed fault",)
-    assert gains[2].detectable == ()
-    assert not gains[2].own_isolable
 
 
 class Mass:
@@ -140,24 +113,33 @@ def test_the_structure_of_a_model_is_read_from_its_functions():
     assert with_offset.by_name["speed_sensor"].unknowns == {"speed", "force"}
 
 
-def test_an_unknown_input_or_a_drifting_model_hides_the_actuator():
-    faults = {"position_sensor": "position", "speed_sensor": "speed", "known force": "actuator"}
-    free = structure_of(
-        Mass, Mass.Parameters(), {k: v for k, v in faults.items() if v != "actuator"}, without=["drift"]
-    )
-    assert isolability(free).groups == (("position", "speed"),)
-    drifting = structure_of(Mass, Mass.Parameters(), faults, known_inputs=["force"])
-    assert "drift" in drifting.unknowns
-    one = structure_of(Mass, Mass.Parameters(), faults, ["force"], ["drift", "speed_sensor", "position_sensor"])
-    assert isolability(one).undetectable == ("actuator",)
+def oscillator(frequency=10.0, damping=0.1):
+    """x'' = -w^2 x - 2 d w x', the angle measured."""
+    A = [[0.0, 1.0], [-(frequency**2), -2.0 * damping * frequency]]
+    return LinearSystem.of(A, [[1.0, 0.0]], states=("angle", "rate"))
 
 
-def test_bad_structures_are_refused():
-    with pytest.raises(ParameterError, match="two equations are named 'a'"):
-        StructuralModel((Equation.of("a", "x"), Equation.of("a", "y")))
-    with pytest.raises(ParameterError, match="two equations hold the fault 'f'"):
-        StructuralModel((Equation.of("a", "x", (), "f"), Equation.of("b", "y", (), "f")))
-    with pytest.raises(ParameterError, match="no equation 'speedd'.*speed"):
-        StructuralModel((Equation.of("speed", ["x"]),)).without("speedd")
-    with pytest.raises(ParameterError, match="no 'forc'"):
-        structure_of(Mass, Mass.Parameters(), {}, known_inputs=["forc"])
+def refused(system, **asked):
+    with pytest.raises(ParameterError) as caught:
+        require_fit(system, "the pendulum of 'clock.toml'", **{"stable": False, "observable": False} | asked)
+    message = str(caught.value)
+    assert message.startswith("the pendulum of 'clock.toml'")
+    return message
+
+
+def test_an_unstable_model_is_refused_with_its_eigenvalue():
+    message = refused(oscillator(damping=-0.1), stable="marginal")
+    assert "eigenvalue 1 " in message
+    assert "9.95i" in message
+    assert "angle" in message
+    require_fit(oscillator(damping=-0.1), "it", stable=False, observable=True)
+
+
+@pytest.mark.parametrize(("method", "limit"), [("euler", 2.0), ("midpoint", 2.0), ("rk4", 2.785293563)])
+def test_a_decay_may_not_be_stepped_over(method, limit):
+    fast = LinearSystem.of([[-100.0]], [[1.0]], states=("pressure",))
+    require_fit(fast, "it", stable=True, observable=True, sample_time=0.999 * limit / 100.0, method=method)
+    message = refused(fast, sample_time=1.001 * limit / 100.0, method=method)
+    assert "eigenvalue -100 " in message
+    assert f"at most {limit / 100.0:.2g} s (" in message
+    assert "Hz or faster)" in message

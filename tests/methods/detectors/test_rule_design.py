@@ -1,14 +1,65 @@
+"""Thresholds of stopping rules: designed, measured, simulated."""
+
+from __future__ import annotations
+
 import math
 
 import numpy as np
 import pytest
 
-from tierod.core.errors import ParameterError
+from tierod.core.errors import InputError, ParameterError
 from tierod.core.graph import scan
 from tierod.methods.detectors.control_charts import Cusum
-from tierod.methods.detectors.measured import threshold_from_records
-from tierod.methods.detectors.rule_design import RuleDesign, RunLengthLine, alarms_at
-from tierod.methods.detectors.stopping_rules import AverageRule, CusumRule, HoldRule
+from tierod.methods.detectors.rule_design import RuleDesign, threshold_from_records
+from tierod.methods.detectors.stopping_rules import CusumRule, HoldRule, cusum_length
+
+
+@pytest.mark.parametrize(("threshold", "samples"), [(4.0, 335.37), (5.0, 930.89), (24.0, 1.687125753e11)])
+def test_cusum_of_the_literature(threshold, samples):
+    assert cusum_length(-0.5, threshold) == pytest.approx(samples, rel=5e-5)
+
+
+RULES_TRIED = (
+    CusumRule(0.5),
+    CusumRule(0.1, sides="upper"),
+    CusumRule(0.5, sides="lower"),
+    HoldRule(3),
+    HoldRule(2, sides="upper"),
+)
+NOISE = np.random.default_rng(11).normal(size=3_000_000)
+
+
+@pytest.mark.parametrize("rule", RULES_TRIED, ids=lambda rule: f"{rule.name}, {rule.sides}")
+def test_the_designed_time_between_false_alarms_is_that_of_a_simulation(rule):
+    threshold = rule.threshold_for(1500.0)
+    alarms = scan(rule.block(threshold, 2.0, restart=True), 2.0 * NOISE)["alarm"].sum()
+    # 2000 alarms are counted: their spread is 2.2 %.
+    assert len(NOISE) / alarms == pytest.approx(1500.0, rel=0.08)
+
+
+@pytest.mark.parametrize("rule", RULES_TRIED, ids=lambda rule: f"{rule.name}, {rule.sides}")
+def test_the_designed_delay_is_that_of_a_simulation(rule):
+    change = -0.8 if rule.sides == "lower" else 0.8
+    threshold = rule.threshold_for(500.0)
+    flags = scan(rule.block(threshold, 1.0, restart=True), NOISE[:1_000_000] + change)["alarm"]
+    # From alarm to alarm a rule that begins anew takes its delay.
+    assert 1e6 / flags.sum() == pytest.approx(rule.run_length(threshold, change), rel=0.04)
+
+
+@pytest.mark.parametrize(
+    ("call", "says"),
+    [
+        (lambda: CusumRule(0.5).threshold_for(1.0), "ask for more"),
+        (lambda: CusumRule(0.5).threshold_for(math.inf), "finite number"),
+        (lambda: CusumRule(1e-5).threshold_for(1e10), "look for a larger shift"),
+        (lambda: CusumRule(-0.5), "drift is -0.5"),
+        (lambda: HoldRule(0), "1 or more"),
+        (lambda: CusumRule(0.5, sides="left"), "sides is 'left'"),
+    ],
+)
+def test_wrong_requests_are_refused(call, says):
+    with pytest.raises(ParameterError, match=says):
+        call()
 
 
 def test_white_values_take_the_threshold_that_the_tables_have():
@@ -18,50 +69,47 @@ def test_white_values_take_the_threshold_that_the_tables_have():
     assert design.block(2.0) == Cusum(1.0, 2.0 * design.threshold, 4.0 * design.threshold, "upper")
 
 
-def test_one_look_is_wrong_as_seldom_as_asked():
-    design = RuleDesign(HoldRule(1), values=1e3, shift=5.0, spacing=math.inf)
-    rule = design.block(0.5)
-    assert rule.threshold == pytest.approx(0.5 * 3.2905, abs=1e-3)  # the two-sided 0.1 % point
-    random = np.random.default_rng(0)
-    false = sum(alarms_at(rule, 0.5 * value) for value in random.normal(size=20_000))
-    assert 5 <= false <= 40
-    assert alarms_at(rule, -2.0)
-    assert not alarms_at(rule, math.nan)
+def coloured(count, seed, memory=12.0):
+    """White noise beside noise with a memory of some samples, as residuals of motor observers have."""
+    from scipy.signal import lfilter
+
+    random = np.random.default_rng(seed)
+    decay = np.exp(-1.0 / memory)
+    slow = lfilter([np.sqrt(1.0 - decay**2)], [1.0, -decay], random.normal(size=count))
+    return 0.75 * slow + 0.66 * random.normal(size=count)
 
 
-@pytest.mark.parametrize("rule", [CusumRule(0.5), AverageRule(0.1)])
-def test_a_measured_line_is_read_both_ways(rule):
-    design = RuleDesign(rule, 1e6, 2.0, 0.01, RunLengthLine(2.0, 0.7, 1e5))
-    assert math.log(1e6) == pytest.approx(2.0 + 0.7 * rule.growth(design.threshold))
-    assert design.run_length(design.threshold) == pytest.approx(1e6)
-    assert design.run_length(1.1 * design.threshold) > 1e6
+@pytest.mark.parametrize("rule", [CusumRule(0.3)], ids=["cusum"])
+def test_a_threshold_measured_on_coloured_residuals_holds_on_fresh_ones(rule):
+    samples = 5000.0
+    found = threshold_from_records(rule, [0.1 * coloured(250_000, seed) for seed in (1, 2, 3)], samples)
+    fresh = 0.1 * coloured(1_000_000, 9)
+    alarms = scan(rule.block(found.threshold, found.deviation, restart=True), fresh)["alarm"].sum()
+    assert not found.extrapolated
+    assert len(fresh) / alarms == pytest.approx(samples, rel=0.25)
+    assert found.low < samples < found.high
+    # What white residuals would need is no use here.
+    assert found.threshold > 1.5 * rule.threshold_for(samples)
 
 
-def test_a_line_through_measured_points_gives_the_measured_threshold():
-    random = np.random.default_rng(4)
-    white = random.normal(size=200_000)
-    coloured = np.empty_like(white)
-    coloured[0] = white[0]
-    for k in range(1, len(white)):
-        coloured[k] = 0.9 * coloured[k - 1] + math.sqrt(1.0 - 0.81) * white[k]
-    rule = CusumRule(0.5)
-    measured = threshold_from_records(rule, [coloured], 5000.0)
-    points = [each for each in measured.points if each.alarms >= 8][-6:]
-    slope, start = np.polyfit(
-        [rule.growth(each.threshold) for each in points],
-        np.log([each.run_length for each in points]),
-        1,
-        w=np.sqrt([each.alarms for each in points]),
-    )
-    design = RuleDesign(rule, 5000.0, 1.0, 0.01, RunLengthLine(float(start), float(slope), len(coloured)))
-    assert design.threshold == pytest.approx(measured.threshold, rel=1e-6)
-    block = rule.block(design.threshold, measured.deviation, restart=True)
-    alarms = scan(block, coloured)["alarm"].sum()
-    assert len(coloured) / alarms == pytest.approx(5000.0, rel=0.5)
+def test_more_than_was_observed_is_not_claimed():
+    found = threshold_from_records(CusumRule(0.5), [np.random.default_rng(2).normal(size=360_000)], 3.6e10)
+    assert found.extrapolated
+    assert "extrapolated from" in found.claim(1000.0)
+    assert "fewer than 30 per hour" in found.claim(1000.0)  # 3 / 0.1 h
+    within = threshold_from_records(CusumRule(0.5), [np.random.default_rng(2).normal(size=360_000)], 10_000.0)
+    assert "measured" in within.claim(1000.0)
 
 
-def test_too_few_values_are_refused():
-    with pytest.raises(ParameterError, match="need no threshold"):
-        _ = RuleDesign(CusumRule(0.5), 5.0, 2.0, 0.01, RunLengthLine(2.0, 0.7, 1e5)).threshold
-    with pytest.raises(ParameterError, match="rarer with the threshold"):
-        RunLengthLine(2.0, -0.7, 1e5)
+@pytest.mark.parametrize(
+    ("records", "says"),
+    [
+        ([], "0 healthy residuals are too few"),
+        ([np.full(5000, np.nan)], "0 healthy"),
+        ([np.zeros(5000)], "all zero"),
+        ([np.linspace(1.0, 1.001, 5000)], "remove its mean"),
+    ],
+)
+def test_residuals_that_show_nothing_are_refused(records, says):
+    with pytest.raises(InputError, match=says):
+        threshold_from_records(CusumRule(0.5), records, 1e4)

@@ -1,9 +1,9 @@
+from __future__ import annotations
+
 import dataclasses
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from example_models import (
     Cart,
@@ -20,10 +20,10 @@ from tierod.core.block import units
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.methods.estimators import KalmanFilter
-from tierod.methods.estimators.linear_algebra import pack
+from tierod.methods.estimators import shapes as augment
+from tierod.methods.estimators.kernels import pack, unpack
 
 pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")
-
 cart = KalmanFilter(
     Cart,
     CartParameters(),
@@ -110,25 +110,6 @@ def test_agrees_with_the_textbook(n, m, p, masked, update):
     np.testing.assert_allclose(result.values[compared], expected[compared], rtol=1e-7, atol=1e-9)
 
 
-@settings(deadline=None, max_examples=25)
-@given(st.integers(0, 10_000), st.integers(1, 4), st.integers(1, 3))
-def test_floats_agree_with_the_textbook_on_random_systems(seed, n, p):
-    rng = np.random.default_rng(seed)
-    system, block = random_filter(rng, n, 1, p, ("x0",))
-    samples = np.hstack([rng.normal(size=(4, 1)), with_gaps(rng, rng.normal(size=(4, p))), rng.random((4, 1))])
-    expected = oracle(system, block, samples)
-    state = block.init()
-    for row, wanted in zip(samples.tolist(), expected, strict=True):
-        u, y, mask = row[:1], row[1 : 1 + p], row[1 + p :]
-        sample = block.Sample(
-            block.model.Input(*u), block.model.Output(*y), block.Sample.__annotations__["enabled"](*mask)
-        )
-        state, estimate = block.step(state, sample)
-        np.testing.assert_allclose(estimate.mean, wanted[:n], rtol=1e-7, atol=1e-9)
-        np.testing.assert_allclose(estimate.variance, wanted[n : 2 * n], rtol=1e-7, atol=1e-9)
-        np.testing.assert_allclose(estimate.nis, wanted[2 * n + 2 * p], rtol=1e-7, atol=1e-9)
-
-
 def pendulum_filter(**changes):
     block = KalmanFilter(
         Pendulum,
@@ -191,35 +172,6 @@ def test_extended_filter_agrees_with_the_textbook_with_numeric_jacobians():
     np.testing.assert_allclose(result.values, expected, rtol=1e-5, atol=1e-7, equal_nan=True)
 
 
-def test_order_of_the_outputs_does_not_matter():
-    class Turned(Pendulum):
-        @staticmethod
-        def output(x, u, p):
-            seen = Pendulum.output(x, u, p)
-            return Pendulum.Output(seen.rate, seen.height)
-
-    samples = pendulum_samples()
-    forward = scan(pendulum_filter(), samples)
-    turned = scan(pendulum_filter(model=Turned, measurement_noise=(0.02, 0.01)), samples[:, [0, 2, 1]])
-    for name in ("mean.angle", "variance.rate", "nis"):
-        np.testing.assert_allclose(forward[name], turned[name], rtol=1e-9, atol=1e-12)
-
-
-def test_a_missing_input_holds_the_mean_and_widens_the_variance():
-    result = scan(cart, [[1.0, 0.1, 1.0], [np.nan, 5.0, 5.0], [np.nan, 5.0, 5.0]])
-    np.testing.assert_array_equal(result["mean.speed"][1:], result["mean.speed"][0])
-    np.testing.assert_allclose(np.diff(result["variance.speed"]), 0.01)
-    np.testing.assert_array_equal(result["present"], [2.0, 0.0, 0.0])
-
-
-def test_missing_measurements_propagate_the_state():
-    result = scan(cart, [[1.0, np.nan, np.nan]])
-    predicted = Cart.transition(Two(0.0, 1.0), Cart.Input(1.0), CartParameters())
-    np.testing.assert_allclose([result["mean.position"][0], result["mean.speed"][0]], predicted)
-    assert np.isnan(result["innovation.position"][0])
-    assert result["nis"][0] == result["present"][0] == 0.0
-
-
 def test_variance_of_a_masked_state_shrinks_only_as_printed():
     class Bias:
         """A speed with a constant bias; both are measured together."""
@@ -241,42 +193,6 @@ def test_variance_of_a_masked_state_shrinks_only_as_printed():
     np.testing.assert_array_equal(schmidt, 4.0)
     assert printed[-1] < 0.1
     np.testing.assert_array_equal(scan(block, samples)["mean.speed"], 1.0)
-
-
-def test_noise_of_one_sample_replaces_the_tuning():
-    sample = cart.Sample(Cart.Input(0.0), Cart.Output(0.3, 0.2))
-    state = cart.init()
-    once = cart.step(state, sample, process_noise=(None, 5.0), measurement_noise=(1.0, 2.0))
-    tuned = dataclasses.replace(cart, process_noise=(None, 5.0), measurement_noise=(1.0, 2.0)).step(state, sample)
-    assert once == tuned
-    assert once != cart.step(state, sample)
-    driven = dataclasses.replace(cart, input_noise=(0.1,))
-    assert driven.step(state, sample, input_noise=(9.0,)) == dataclasses.replace(cart, input_noise=(9.0,)).step(
-        state, sample
-    )
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_the_covariance_stays_positive_up_to_the_documented_ratio(seed):
-    rng = np.random.default_rng(seed)
-    n, p = int(rng.integers(2, 6)), int(rng.integers(1, 4))
-    _, model, parameters = random_linear(rng, n, 1, p)
-
-    def spread(count, low, high):
-        return tuple((10.0 ** rng.uniform(low, high, count)).tolist())
-
-    noise = (spread(n, 5, 6), spread(n, -10, -4), spread(p, -6, -2))
-    block = KalmanFilter(model, parameters, (0.0,) * n, *noise, full_covariance=True)
-    packed = scan(block, rng.normal(size=(300, 1 + p)), engine="virtual machine").values[:, -n * (n + 1) // 2 :]
-    full = np.zeros((300, n, n))
-    rows, columns = np.triu_indices(n)
-    full[:, rows, columns] = full[:, columns, rows] = packed
-    deviation = np.sqrt(np.einsum("kii->ki", full))
-    assert np.linalg.eigvalsh(full / deviation[:, :, None] / deviation[:, None, :]).min() > -1e-6
-
-
-def test_units_of_the_estimate():
-    assert units(cart.Estimate)[:8] == ["m", "m/s", "(m)**2", "(m/s)**2", "m", "m/s", "(m)**2", "(m/s)**2"]
 
 
 @pytest.mark.parametrize(
@@ -305,15 +221,6 @@ def gated(gate):
     return dataclasses.replace(cart, gate=gate)
 
 
-def test_a_reading_within_the_gate_counts_as_without_one():
-    samples = [cart.Sample(Cart.Input(0.1), Cart.Output(0.1 * k, float("nan"))) for k in range(5)]
-    plain, with_gate = cart.init(), gated(10.83).init()
-    for sample in samples:
-        plain, _ = cart.step(plain, sample)
-        with_gate, _ = gated(10.83).step(with_gate, sample)
-    assert with_gate == plain
-
-
 def test_the_further_a_reading_lies_beyond_the_gate_the_less_it_moves_the_estimate():
     start, bound = cart.init(), 10.83
     missing = float("nan")
@@ -328,3 +235,23 @@ def test_the_further_a_reading_lies_beyond_the_gate_the_less_it_moves_the_estima
     assert moved(300.0)[1].nis == pytest.approx(bound)
     ungated, _ = cart.step(start, cart.Sample(Cart.Input(0.0), Cart.Output(300.0, missing)))
     assert farther < 0.05 * abs(ungated.mean[0] - at_rest.mean[0])
+
+
+def full(values):
+    return np.array(unpack(values), float)
+
+
+def test_state_grows_and_the_equations_use_it():
+    model = augment(Cart, "damping", "mass")
+    assert model.State._fields == ("position", "speed", "damping", "mass")
+    assert units(model.State) == ["m", "m/s", "N*s/m", "kg"]
+    assert (model.Input, model.Output, model.Parameters) == (Cart.Input, Cart.Output, Cart.Parameters)
+    x = model.State(1.0, 2.0, 0.7, 3.0)
+    moved = model.transition(x, Cart.Input(5.0), CartParameters())
+    plain = Cart.transition(Two(1.0, 2.0), Cart.Input(5.0), CartParameters(mass=3.0, damping=0.7))
+    assert moved == (*plain, 0.7, 3.0)
+    assert model.output(x, Cart.Input(5.0), CartParameters()) == Cart.output(Two(1.0, 2.0), None, CartParameters())
+    assert model is augment(Cart, "damping", "mass")
+
+
+Q, R = (0.1, 0.2, 0.3), (0.5, 0.6)

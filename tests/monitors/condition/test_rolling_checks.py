@@ -9,11 +9,11 @@ from monitors.condition.motion_alone import MOTION, SETS, drive, hard, with_slip
 from said import said
 from tierod.core.findings import Status
 from tierod.core.recording import Channel, Recording
-from tierod.models.rolling_car import RollingCar
+from tierod.models.single_track import RollingCar
 from tierod.monitors.condition.rolling_checks import LEAST, AxleSlip, SteeringZero
 from tierod.monitors.condition.signals import ALL_WHEELS, FRONT_WHEELS, WHEELS
 from tierod.monitors.diagnose import diagnose
-from tierod.physics.single_track import steady_yaw_gain, understeer_gradient
+from tierod.physics.motion import steady_yaw_gain, understeer_gradient
 from tierod.vehicles import load
 from tierod_lab.ground.cars.catalogue import load as car_of
 from tierod_lab.ground.courses.course import Adhesion, Along

@@ -10,8 +10,7 @@ from scipy.stats import multivariate_normal
 from monitors.condition.nominal_filter import nominal_filter
 from tierod.core.block import rebuild
 from tierod.core.graph import scan, trace
-from tierod.methods.estimators.kernels import correct
-from tierod.methods.estimators.linear_algebra import pack, unpack
+from tierod.methods.estimators.kernels import correct, pack, unpack
 from tierod.monitors.condition.filter_updates import logarithm, spread_of, update
 from tierod.monitors.condition.limits import aligned
 from tierod.monitors.condition.signals import ACTUATORS, MOTORS, OF_AUTOMATED, ConditionSample, hypotheses

@@ -9,10 +9,10 @@ from tierod.core.block import rebuild
 from tierod.core.graph import scan
 from tierod.monitors.friction.estimator import PreslidingFrictionFilter
 from tierod.monitors.friction.signals import SteeringSample
-from tierod.physics.aligning import weight_lever
-from tierod.physics.tyre import parking_torque
+from tierod.physics.steering import weight_lever
 from tierod.vehicles import load
 from tierod_lab.ground import EpsCar, run
+from tierod_lab.ground.chassis.laws import parking_torque
 from tierod_lab.ground.courses.roads import NaturalDrive
 
 VEHICLE = load("midsize-eps")

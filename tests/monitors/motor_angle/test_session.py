@@ -13,7 +13,7 @@ from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.physics.clarke_park import StatorVector, inverse_clarke
+from tierod.physics.motor import StatorVector, inverse_clarke
 from tierod_lab.ground.motor import Inverter
 from tierod_lab.papers.motor_angle.bench import RATE, drive, to_and_fro
 from tierod_lab.papers.motor_angle.sensor_faults import FAULTS, FIVE_DEGREES, offset

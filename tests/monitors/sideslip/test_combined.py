@@ -9,11 +9,8 @@ import numpy as np
 import pytest
 
 from tierod.core.graph import scan
-from tierod.models.lateral_parameters import LateralParameters
-from tierod.monitors.sideslip.estimator import (
-    CombinedSample,
-    CombinedSideslip,
-)
+from tierod.models.lateral_motion import LateralParameters
+from tierod.monitors.sideslip.estimator import CombinedSample, CombinedSideslip
 from tierod.monitors.sideslip.tuning import CombinedTuning
 from tierod.vehicles import load
 from tierod_lab.ground import Sensor, SensorSet, run

@@ -5,7 +5,7 @@ import pytest
 
 from tierod.models.single_track import SingleTrack
 from tierod.monitors.sideslip.sensors import SensorsOverDrive
-from tierod.physics.single_track import steady_yaw_gain, understeer_gradient
+from tierod.physics.motion import steady_yaw_gain, understeer_gradient
 from tierod.vehicles import load
 
 RATE = 100.0

@@ -7,11 +7,10 @@ import pytest
 
 from models.friction_paper import CAR
 from tierod.core.graph.analysis import jacobian
-from tierod.models.friction_estimation import FrictionEstimation
-from tierod.physics.friction import smooth_sign_slope
-from tierod.physics.steering_ratio import variable_ratio, variable_ratio_slope
+from tierod_lab.ground.laws import variable_ratio
+from tierod_lab.papers.friction.joint_model import FrictionEstimation
 from tierod_lab.papers.friction.linearised import LinearisedFrictionEstimation as Model
-from tierod_lab.papers.friction.linearised import VariableRatioParameters
+from tierod_lab.papers.friction.linearised import VariableRatioParameters, smooth_sign_slope, variable_ratio_slope
 
 GROWTH, WIDTH = 0.06, 0.02
 KNOWN = {name: getattr(CAR, name) for name in CAR.__dataclass_fields__}

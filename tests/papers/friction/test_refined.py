@@ -10,9 +10,9 @@ from models.friction_paper import CAR
 from papers.friction.drives import driven, enabled_seconds
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.models.friction_estimation import FrictionEstimation
 from tierod.monitors.friction.signals import FrictionGate, SteeringSample
 from tierod_lab.ground import FrictionCourse
+from tierod_lab.papers.friction.joint_model import FrictionEstimation
 from tierod_lab.papers.friction.presets import (
     consistent,
     equal_low_pass,
@@ -75,19 +75,18 @@ def test_both_operating_points_of_appendix_b_give_comparable_results(operating_p
 
 
 def test_virtual_noise_per_sample_tracks_the_aligning_torque():
-    from tierod.physics.aligning import aligning_torque_from_yaw
+    from tierod.physics.steering import front_force_from_motion
 
     drive = driven(4.0)
     yaw_rate, acceleration = (drive.values[:, drive.names.index(n)] for n in ("yaw_rate", "lateral_acceleration"))
     yaw_acceleration = np.gradient(np.convolve(yaw_rate, np.ones(25) / 25.0, "same"), 0.01)
-    expected = aligning_torque_from_yaw(
+    expected = CAR.trail * front_force_from_motion(
         acceleration,
         yaw_acceleration,
         mass=CAR.mass,
         yaw_inertia=CAR.yaw_inertia,
         front_distance=CAR.front_distance,
         rear_distance=CAR.rear_distance,
-        trail=CAR.trail,
     )
     errors = [
         np.sqrt(np.mean((scan(monitor, drive)["self_aligning_torque"] - expected)[1000:] ** 2))

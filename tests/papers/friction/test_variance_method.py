@@ -10,8 +10,8 @@ from models.friction_paper import CAR
 from papers.friction.drives import driven
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.graph import scan
-from tierod.models.friction_estimation import rate_hold
 from tierod.monitors.friction.signals import SteeringSample
+from tierod_lab.papers.friction.joint_model import rate_hold
 from tierod_lab.papers.friction.variance_method import (
     VarianceFrictionMonitor,
     VarianceGate,

@@ -8,7 +8,7 @@ from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.models.linear import linearise
 from tierod.models.stator_frame_motor import MotorParameters, SampledMotorParameters, StatorFrameMotor
-from tierod.physics.clarke_park import RotorVector, direction, inverse_park
+from tierod.physics.motor import RotorVector, direction, inverse_park
 from tierod.vehicles import load
 from tierod_lab.papers.motor_angle.feedforward import FeedforwardAngle
 from tierod_lab.papers.motor_angle.observers import (

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 
 from tierod.fleet.series import MILEAGE_UNIT, REFERENCE_TEMPERATURE, Series, Watched, stamps
-from tierod.methods.trends.drives import Drives
+from tierod.methods.trends.drive_filter import Drives
 from tierod_lab.fleet.virtual import VirtualCars
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from typing import Annotated, NamedTuple
 from tierod.core.block import Scalar
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import exp, limit, where
-from tierod.physics.assist import active_return_share, active_return_torque, assist_speed_factor, assist_torque
-from tierod.physics.gear import variable_gain
+from tierod.physics.steering import assist_speed_factor, assist_torque, variable_gain
+from tierod_lab.ground.laws import active_return_share, active_return_torque
 
 
 class AssistMemory(NamedTuple):
@@ -22,7 +22,7 @@ class AssistMemory(NamedTuple):
 
 @dataclass(frozen=True)
 class Characteristic:
-    """The assist map, see `tierod.physics.assist.assist_torque`."""
+    """The assist map, see `tierod.physics.steering.assist_torque`."""
 
     linear_gain: Annotated[float, "", NOT_NEGATIVE] = 2.0
     quadratic_gain: Annotated[float, "1/(N*m)", NOT_NEGATIVE] = 1.5
@@ -38,7 +38,7 @@ class Characteristic:
 
 @dataclass(frozen=True)
 class ActiveReturn:
-    """Torque that returns a released wheel to the centre, see `tierod.physics.assist`; by default at most 3 N*m."""
+    """Torque that returns a released wheel to the centre, see `tierod.physics.steering`; by default at most 3 N*m."""
 
     rate_gain: Annotated[float, "1/s", NOT_NEGATIVE] = 1.5
     maximum_rate: Annotated[float, "rad/s", POSITIVE] = 3.0
@@ -196,7 +196,7 @@ class SpeedControl:
 class VariableRatio:
     """Gain of the steering over the speed: direct when parking, indirect at high speed.
 
-    The gain falls from `standing` to `fast`, see `tierod.physics.gear.variable_gain`.
+    The gain falls from `standing` to `fast`, see `tierod.physics.steering.variable_gain`.
     """
 
     standing: Annotated[float, "", POSITIVE] = 1.45  # gain at rest; 1.45 turns a ratio of 15.5 into 10.7

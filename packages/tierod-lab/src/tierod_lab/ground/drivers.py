@@ -8,10 +8,9 @@ from typing import Annotated, Any, NamedTuple
 from tierod.core.block import Ring, Scalar
 from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE, SHARE, Range
 from tierod.core.graph.maths import absolute, arctan, both, limit, maximum, minimum, where
-from tierod.physics.planar_motion import pursuit_curvature
-from tierod.physics.single_track import steady_road_wheel_angle
 from tierod_lab.ground.control import AngleControl, AngleMemory, SpeedControl
 from tierod_lab.ground.integration import START, Path, path_rate, runge_kutta
+from tierod_lab.ground.laws import pursuit_curvature, steady_road_wheel_angle
 from tierod_lab.ground.parts import Demand, Driver, Hand, Intent, Memory, Motion, Reaction, Road, Seen
 
 STANDING = 0.02  # Speed below which a car is at standstill [m/s]

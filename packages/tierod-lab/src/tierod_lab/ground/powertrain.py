@@ -8,7 +8,7 @@ from typing import Annotated
 from tierod.core.block import Scalar
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.core.graph.maths import absolute, limit, maximum, minimum
-from tierod.physics.lag import share_reached
+from tierod.physics.friction import share_reached
 from tierod_lab.ground.parts import Reaction, Wheels
 
 CRAWL = 1.0  # Speed below which the power limit uses this speed instead of the true one [m/s]

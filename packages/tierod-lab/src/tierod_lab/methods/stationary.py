@@ -9,15 +9,9 @@ import numpy as np
 from tierod.core.block import Model, Tree, rebuild, require_discrete
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import where
-from tierod.methods.estimators.linear_algebra import diagonal, order, upper
-from tierod.methods.estimators.observers import Luenberger, observe
-from tierod.methods.estimators.riccati import stationary_gain
-from tierod.methods.estimators.shapes import (
-    check_variances,
-    estimate_class,
-    filled,
-    leaf_names,
-)
+from tierod.methods.estimators.kernels import diagonal, order, upper
+from tierod.methods.estimators.observers import Luenberger, observe, stationary_gain
+from tierod.methods.estimators.shapes import check_variances, estimate_class, filled, leaf_names
 from tierod.models.linear import linearise
 from tierod_lab.methods.unscented import correct_jointly
 

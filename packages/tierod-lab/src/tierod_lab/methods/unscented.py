@@ -11,8 +11,8 @@ from tierod.core.block import Scalar, Tree, rebuild, skeleton
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import both, present, sqrt, where
 from tierod.methods.estimators.kalman import KalmanFilter, Prediction
-from tierod.methods.estimators.kernels import Correction, known_variances
-from tierod.methods.estimators.linear_algebra import (
+from tierod.methods.estimators.kernels import (
+    Correction,
     Matrix,
     Noise,
     Vector,
@@ -21,6 +21,7 @@ from tierod.methods.estimators.linear_algebra import (
     dot,
     downdate,
     from_diagonal,
+    known_variances,
     minus,
     plus,
     scaled_congruence,

@@ -31,10 +31,7 @@ def design(
     ] = None,
     rule: Annotated[
         str | None,
-        typer.Option(
-            help="cusum, average, sequential, hold, threshold or likelihood-ratio. Where not given: all but the last "
-            "with --sigma, cusum with --residual."
-        ),
+        typer.Option(help="cusum, hold or threshold. Where not given: all with --sigma, cusum with --residual."),
     ] = None,
     sides: Annotated[str, typer.Option(help="both, upper (increases only) or lower.")] = "both",
     residual: Annotated[
@@ -86,17 +83,15 @@ def seconds_between(text: str) -> float:
 def _found(
     wish: Wish, rule: str | None, paths: list[Path], signal: str | None
 ) -> tuple[Analysis, list[tuple[str, str]]]:
-    from tierod.report.detector import ALL_RULES, LIKELIHOOD_RATIO, Measured, drawn, of_measured, of_white
+    from tierod.methods.detectors.rule_design import RULES
+    from tierod.report.detector import Measured, of_measured, of_white
 
-    if rule is not None and rule not in ALL_RULES:
-        raise ParameterError(f"there is no rule '{rule}'{nearest(rule, ALL_RULES)}")
-    if not paths and rule != LIKELIHOOD_RATIO:
+    if rule is not None and rule not in RULES:
+        raise ParameterError(f"there is no rule '{rule}'{nearest(rule, RULES)}")
+    if not paths:
         return of_white(wish, rule), _facts(wish, f"white, standard deviation {wish.deviation:g}")
-    if paths:
-        records = [_residual(path, signal, wish.rate) for path in paths]
-        given = Measured(records, f"{signal or 'the only signal'} of {', '.join(path.name for path in paths)}")
-    else:
-        given = drawn(wish.deviation)
+    records = [_residual(path, signal, wish.rate) for path in paths]
+    given = Measured(records, f"{signal or 'the only signal'} of {', '.join(path.name for path in paths)}")
     return of_measured(wish, rule, given), _facts(wish, given.label)
 
 

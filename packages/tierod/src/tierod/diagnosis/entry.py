@@ -36,8 +36,8 @@ class CodeStatus(IntFlag):
         return tuple((bit.name or "").lower().replace("_", " ") for bit in CodeStatus if bit in self)
 
 
+# Status of a code that has never been tested
 CLEARED = CodeStatus.NOT_COMPLETED_SINCE_CLEAR | CodeStatus.NOT_COMPLETED_THIS_CYCLE
-"""Status of a code that has never been tested."""
 
 
 def after_test(status: CodeStatus, failed: bool) -> CodeStatus:
@@ -204,7 +204,6 @@ def ended(entry: Entry, code: TroubleCode) -> Entry:
 
 
 BEFORE, AFTER = 2.0, 1.0  # Time before and after the failure that a freeze frame covers [s]
-
 MOST = 61  # Largest number of values per signal in a freeze frame
 
 

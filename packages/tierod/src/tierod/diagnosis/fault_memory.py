@@ -16,17 +16,13 @@ from tierod.core.files import expanded, holding
 from tierod.core.graph import Memory, scan
 from tierod.core.signals import SIGNALS
 from tierod.diagnosis import store
-from tierod.diagnosis.debounce import DebounceCounters
 from tierod.diagnosis.entry import AFTER, BEFORE, CodeStatus, Entry, Window, after_test, begun, displaced, ended, failed
-from tierod.diagnosis.trouble_codes import REACTIONS, TroubleCodes, load_trouble_codes
+from tierod.diagnosis.trouble_codes import REACTIONS, DebounceCounters, TroubleCodes, load_trouble_codes
 
 CAUSE_DELAY = 2.0  # Longest delay by which a slower cause may fail after its consequence and still replace it [s]
-
 PLACES = 24  # Number of codes that the memory can hold
-
-
+# Number of recording fingerprints that the memory can hold: a year of three recordings a day, about 100 kB
 RECORDINGS = 1000
-"""Number of recording fingerprints that the memory can hold: a year of three recordings a day, about 100 kB."""
 
 
 class Change(NamedTuple):
@@ -89,14 +85,14 @@ class Counting:
 class FaultMemory:
     """Fault memory: debounced test results as trouble codes over many operation cycles.
 
-    Args:
-        path: of a new file; None for a memory without file; `opened` continues with an existing file
-        places: number of codes that it can hold; a further one displaces the least important
-
     With a path, every status change is on disk before `absorb` returns.
 
     Source: ISO 14229-1:2020, annex D; the failure management of Reinelt, Lundquist, Johansson, section "Functional
     safety".
+
+    Args:
+        path: of a new file; None for a memory without file; `opened` continues with an existing file
+        places: number of codes that it can hold; a further one displaces the least important
     """
 
     def __init__(
@@ -281,7 +277,6 @@ class FaultMemory:
         self._make_room(name)
 
     def _take_back(self, instant: float, cause: str) -> None:
-        """Restore consequences that failed shortly before their cause to their state before that failure."""
         for name, (since, entry) in list(self._before.items()):
             if (
                 cause in self._counting.causes[name]

@@ -18,7 +18,6 @@ from tierod.diagnosis.entry import Entry
 from tierod.diagnosis.trouble_codes import TroubleCodes
 
 SCHEMA = "tierod.fault-memory/1"  # Name and version of the file format
-
 _FIELDS = {"cycles": int, "date": str, "open": bool, "overflowed": bool, "entries": dict}
 
 
@@ -35,12 +34,8 @@ class Kept:
 def load(path: Path, codes: TroubleCodes, vehicle: str | None = None) -> Kept:
     """Read and check a file.
 
-    Args:
-        codes: table of trouble codes; it may contain codes added since the file was written
-        vehicle: required vehicle name; None for any
-
-    Raises:
-        InputError: the file cannot be read, is no memory, is damaged, or is of another version, table or vehicle
+    Args: codes: table of trouble codes; it may contain codes added since the file was written; vehicle: required
+    vehicle name; None for any.
     """
     raw = _memory(path)
     try:

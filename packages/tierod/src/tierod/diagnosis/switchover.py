@@ -31,17 +31,10 @@ class Substitute:
 
 @dataclass(frozen=True)
 class SubstitutionGraph:
-    """Substitutes of every sensor, the most accurate first.
-
-    Args:
-        ways: substitutes of each sensor, in the same order
-
-    Raises:
-        ParameterError: a substitute needs an unknown sensor or the sensor that it replaces, or two have the same name
-    """
+    """Substitutes of every sensor, the most accurate first."""
 
     sensors: tuple[str, ...]
-    ways: tuple[tuple[Substitute, ...], ...]
+    ways: tuple[tuple[Substitute, ...], ...]  # substitutes of each sensor, in the same order
 
     def __post_init__(self) -> None:
         for sensor, ways in self.substitutes.items():
@@ -111,18 +104,12 @@ class Switchover:
     at the last value and approaches its own with the time constant `fade`. A substitute for a sensor that has just been
     found faulty begins at its own value at once.
 
-    Args:
-        growth: growth rate of the deviation of a held value, per signal [unit of the signal per s]
-
-    Raises:
-        ParameterError: the numbers of growths and sensors differ, or a time is not positive
-
     The sample contains, per sensor, `measured`, `faulty` (1 or 0) and the values of its substitutes, NaN where a
     substitute has no value.
     """
 
     graph: SubstitutionGraph
-    growth: tuple[float, ...]
+    growth: tuple[float, ...]  # growth rate of the deviation of a held value, per signal [unit of the signal per s]
     fade: Annotated[float, "s"]
     sample_time: Annotated[float, "s"]
 
@@ -138,7 +125,6 @@ class Switchover:
 
     @cached_property
     def Sample(self) -> type:
-        """NamedTuple class with measured value, fault flag and substitutes of each sensor."""
         kinds = []
         for sensor, ways in self.graph.substitutes.items():
             fields = ["measured", "faulty", *(way.name.replace("-", "_") for way in ways)]
@@ -147,7 +133,6 @@ class Switchover:
 
     @cached_property
     def Output(self) -> type:
-        """NamedTuple class with the supplied value of each sensor."""
         return named_tuple("AllSupplied", [(sensor, Supplied) for sensor in self.graph.sensors])
 
     def init(self) -> tuple[SupplyState, ...]:

@@ -11,15 +11,13 @@ from tierod.diagnosis.fault_memory import FaultMemory
 READ, CLEAR = 0x19, 0x14
 NEGATIVE, POSITIVE_OFFSET = 0x7F, 0x40
 SUBFUNCTION_NOT_SUPPORTED, INCORRECT_LENGTH, OUT_OF_RANGE, SERVICE_NOT_SUPPORTED = 0x12, 0x13, 0x31, 0x11
-
 AVAILABLE = 0xFF  # Status availability mask: all bits of the status byte are supported
 FORMAT_14229 = 0x01
 SUPPRESS_POSITIVE = 0x80
+# Record numbers of the freeze frames of the first and latest failure, and the number that requests all records
 FIRST, LAST, ALL = 1, 2, 0xFF
-"""Record numbers of the freeze frames of the first and latest failure, and the number that requests all records."""
-
+# Extended data records of one byte each, by number; the debounce counter is signed
 EXTENDED = {1: "occurrences", 2: "counter", 3: "failed_cycles", 4: "passed_cycles"}
-"""Extended data records of one byte each, by number; the debounce counter is signed."""
 
 
 def answer(memory: FaultMemory, request: bytes) -> bytes:

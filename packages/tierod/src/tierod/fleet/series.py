@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from tierod.core.statuses import Status
-from tierod.methods.trends.drives import Drives, gathered
+from tierod.methods.trends.drive_filter import Drives, gathered
 
 if TYPE_CHECKING:
     import pyarrow as pa

@@ -12,13 +12,20 @@ import numpy as np
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.shown import plus_minus
 from tierod.fleet.series import Series
-from tierod.methods.analysis.noise import usual_deviation
+from tierod.methods.analysis.consistency import usual_deviation
 from tierod.methods.trends.change_evidence import Changes
-from tierod.methods.trends.cohort_effects import LEAST, Cohort, Cohorts, cohorts
-from tierod.methods.trends.drive_filter import Prior, TrendNoise
-from tierod.methods.trends.drive_scatter import DriveScatter, Wandering, drive_scatter, wandering
-from tierod.methods.trends.drives import Drives
-from tierod.methods.trends.fleet_alarms import EVERY
+from tierod.methods.trends.drive_filter import Drives, Prior, TrendNoise
+from tierod.methods.trends.drive_scatter import (
+    EVERY,
+    FEWEST_CARS,
+    Cohort,
+    Cohorts,
+    DriveScatter,
+    Wandering,
+    cohorts,
+    drive_scatter,
+    wandering,
+)
 
 TEMPERATURE, MILEAGE = 0, 1  # Indices of the regressors of a series
 
@@ -187,8 +194,8 @@ class Cohorted:
 
 
 def cohorted(series: Series, level: np.ndarray, deviation: np.ndarray, known: Learnt) -> Cohorted:
-    if len(level) < LEAST:
-        return Cohorted(None, f"{len(level)} cars are too few to compare cohorts; {LEAST} are the least")
+    if len(level) < FEWEST_CARS:
+        return Cohorted(None, f"{len(level)} cars are too few to compare cohorts; {FEWEST_CARS} are the least")
     return Cohorted(cohorts(level, deviation, series.labels, 0.5 * known.changes.step))
 
 

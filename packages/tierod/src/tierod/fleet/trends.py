@@ -11,10 +11,25 @@ import numpy as np
 
 from tierod.fleet.series import Series
 from tierod.fleet.statistics import MILEAGE, Cohorted, Learnt, cohorted, learnt
-from tierod.methods.trends.change_evidence import evidence
-from tierod.methods.trends.drive_filter import FIRST, Prior, filtered, smoothed, with_right_first
-from tierod.methods.trends.drives import JUMP, Drives, level_steps
-from tierod.methods.trends.fleet_alarms import alarm_level, chance_by, log_e_values, selected, stopped, time_to_limit
+from tierod.methods.trends.change_evidence import (
+    alarm_level,
+    chance_by,
+    evidence,
+    log_e_values,
+    selected,
+    stopped,
+    time_to_limit,
+)
+from tierod.methods.trends.drive_filter import (
+    FIRST,
+    JUMP,
+    Drives,
+    Prior,
+    filtered,
+    level_steps,
+    smoothed,
+    with_right_first,
+)
 
 CARS_AT_A_TIME = 2000  # Number of cars filtered at once; limits the memory for a large fleet to some 200 MB
 

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from tierod.core.recording import Channel, Recording
-from tierod.physics.clarke_park import PhaseValues, clarke
+from tierod.physics.motor import PhaseValues, clarke
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy as np
 from tierod.core.recording import Recording
 from tierod.core.shown import in_words
 from tierod.core.signals import SIGNALS
-from tierod.methods.analysis.noise import DEVIATION_OF_MEDIAN, differences
+from tierod.methods.analysis.consistency import DEVIATION_OF_MEDIAN, differences
 from tierod.methods.running import Sizes
 
 LEAST_RATE = 20.0  # of readings that steering monitors can use [Hz]: movements reach 3 Hz, six samples each

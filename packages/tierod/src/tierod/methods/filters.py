@@ -11,7 +11,7 @@ from typing import Annotated, NamedTuple
 from tierod.core.block import Scalar, Tree, Truth, derived, leaves, rebuild, skeleton, values_of
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import both, maximum, negated, present, tan, where
-from tierod.physics.lag import share_reached
+from tierod.physics.friction import share_reached
 
 
 class Held(NamedTuple):
@@ -46,18 +46,14 @@ class Channel(NamedTuple):
 class EachSignal(ABC):
     """Base of the filters of several signals, which all have the same delay because all are filtered alike.
 
-    Args:
-        signals: NamedTuple class of the signals; it is the sample, and the output has its shape
-        sample_time: sampling interval [s]
-        maximum_gap: longest time over which missing samples are bridged with the last present value [s]; a longer one
-            bridges more, and relies on old values longer. After it the output is missing (NaN) too, and the filter
-            restarts without a transient at the next present sample
-
     The memory never holds NaN.
     """
 
-    signals: type
-    sample_time: Annotated[float, "s"]
+    signals: type  # NamedTuple class of the signals; it is the sample, and the output has its shape
+    sample_time: Annotated[float, "s"]  # sampling interval [s]
+    # longest time over which missing samples are bridged with the last present value [s]; a longer one bridges
+    # more, and relies on old values longer. After it the output is missing (NaN) too, and the filter restarts
+    # without a transient at the next present sample
     maximum_gap: Annotated[float, "s"]
 
     def __post_init__(self) -> None:
@@ -70,12 +66,10 @@ class EachSignal(ABC):
 
     @property
     def Sample(self) -> type:
-        """The NamedTuple class of the signals."""
         return self.signals
 
     @property
     def Output(self) -> type:
-        """The NamedTuple class of the output."""
         return self.signals
 
     def init(self) -> tuple[Channel, ...]:
@@ -129,12 +123,10 @@ def _require_time_constant(value: float) -> None:
 class FirstOrderLowPass(EachSignal):
     """First-order low-pass y' = (u - y) / time_constant, exact for an input that is constant over a sampling interval.
 
-    Args:
-        time_constant: time to 63 % of a step [s]; a longer one removes more noise and delays by as much
-
     The other arguments are those of `EachSignal`.
     """
 
+    # time to 63 % of a step [s]; a longer one removes more noise and delays by as much
     time_constant: Annotated[float, "s"]
 
     def __post_init__(self) -> None:
@@ -159,12 +151,10 @@ class Smoothed(NamedTuple):
 class Differentiator(EachSignal):
     """Causal derivative: rate of change of the signal after a first-order low-pass; starts at zero.
 
-    Args:
-        time_constant: of the low-pass [s]; a longer one reduces the noise of the result and increases its delay
-
     The other arguments are those of `EachSignal`; the output has the signals' names and their units per second.
     """
 
+    # of the low-pass [s]; a longer one reduces the noise of the result and increases its delay
     time_constant: Annotated[float, "s"]
 
     def __post_init__(self) -> None:
@@ -173,7 +163,6 @@ class Differentiator(EachSignal):
 
     @property
     def Output(self) -> type:
-        """The NamedTuple class of the derivatives."""
         return _per_second(self.signals)
 
     def _settled(self, value: Scalar) -> Smoothed:
@@ -204,17 +193,15 @@ class JumpGate(EachSignal):
     The allowed distance grows with the time since the last accepted value, so that a lasting step, for example of a
     sensor that was recalibrated, passes after a while and the gate never locks up.
 
-    Args:
-        deviation_per_second: standard deviation of the change of the signal in a second [unit of the signals]
-        interval: longest time between two values before they were resampled [s]; a signal that is held between them
-            moves by the change of that time in one sample. Zero where every sample is a new value
-        gate: quantile of chi-square with one degree of freedom (10.83 for 99.9 %); a larger one passes larger jumps
-
     The other arguments are those of `EachSignal`.
     """
 
+    # standard deviation of the change of the signal in a second [unit of the signals]
     deviation_per_second: Annotated[float, "unit of the signal"]
+    # longest time between two values before they were resampled [s]; a signal that is held between them moves by
+    # the change of that time in one sample. Zero where every sample is a new value
     interval: Annotated[float, "s"] = 0.0
+    # quantile of chi-square with one degree of freedom (10.83 for 99.9 %); a larger one passes larger jumps
     gate: Annotated[float, ""] = 10.83
 
     def __post_init__(self) -> None:
@@ -258,19 +245,16 @@ class Delays(NamedTuple):
 class Butterworth(EachSignal):
     """Low-pass that is flat below its cutoff and falls with 20 dB per decade and order above it.
 
-    Args:
-        cutoff: frequency of -3 dB [Hz], below half the sample rate. A lower one removes more noise and delays more: the
-            second order has a delay of 0.225 / cutoff seconds at low frequency
-        order: even, at least 2
-
     The other arguments are those of `EachSignal`. Bilinear transform with the cutoff prewarped; the same numbers as
     scipy.signal.butter.
 
     Source: S. Butterworth, 1930; A. V. Oppenheim, R. W. Schafer, Discrete-Time Signal Processing, section 7.2.
     """
 
+    # frequency of -3 dB [Hz], below half the sample rate. A lower one removes more noise and delays more: the
+    # second order has a delay of 0.225 / cutoff seconds at low frequency
     cutoff: Annotated[float, "Hz"]
-    order: int = 2
+    order: int = 2  # even, at least 2
 
     def __post_init__(self) -> None:
         super().__post_init__()

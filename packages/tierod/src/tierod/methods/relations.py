@@ -20,7 +20,6 @@ CHARACTERISTIC_SPEED = 22.0  # of a usual car [m/s], at which understeer halves 
 TRACK = 1.5  # of a usual car [m]
 EARLY = 0.15  # lead of lateral acceleration over yaw rate times speed in fault-free cars [s]; virtual cars: up to 0.08
 REAR_DISTANCE = 1.5  # of the accelerometer from the rear axle in a usual car [m]
-
 Signals = Mapping[str, np.ndarray]
 Pair = tuple[str, str]
 
@@ -86,6 +85,7 @@ def _turn(signals: Signals, rate: float) -> tuple[np.ndarray, np.ndarray]:
 
 _PER_STEERED = STEERING_RATIO / WHEELBASE  # of the thresholds on the angle times speed [1/m]
 
+# Relations by name. Limits are about twice what 18 fault-free virtual drives and the real recordings show.
 RELATIONS: dict[str, Relation] = {
     # A derived rate lags by 25 ms, and one that is held at 20 Hz by another 25 ms.
     "steering": Relation(
@@ -141,7 +141,6 @@ RELATIONS: dict[str, Relation] = {
         powers={"longitudinal_acceleration": 1, "vehicle_speed": -1}, spread=0.35,
     ),
 }  # fmt: skip
-"""Relations by name. Limits are about twice what 18 fault-free virtual drives and the real recordings show."""
 
 CORRELATION = 0.8  # from which a gain is compared with its limit [-]; fault-free drives show 0.93 and more
 FOLLOWS = (
@@ -155,9 +154,7 @@ WRONG_SIGN_SHARE = 0.9  # of opposed driver and motor torques, from which a wron
 def related(name: str, signals: Signals, rate: float, least: Annotated[float, "s"] = 5.0) -> Moments | None:
     """Moments of both quantities of a relation; None without its signals, or with less time in common.
 
-    Args:
-        signals: by name, (n,) each; NaN where missing
-        rate: sampling rate [Hz]
+    Args: signals: by name, (n,) each; NaN where missing; rate: sampling rate [Hz].
     """
     relation = RELATIONS[name]
     if not all(each in signals and len(signals[each]) > 1 for each in relation.signals):
@@ -174,8 +171,7 @@ def compared(first: np.ndarray, second: np.ndarray, fewest: float = 0.0) -> Mome
 def odd_ones_out(names: Iterable[str], agreement: Mapping[Pair, bool]) -> tuple[str, ...]:
     """Signal that contradicts the others; several if they are not isolable from each other, none if all agree.
 
-    Args:
-        agreement: whether a pair agrees; pairs without enough information are left out
+    Args: agreement: whether a pair agrees; pairs without enough information are left out.
     """
     names = tuple(names)
     against = [pair for pair, agrees in agreement.items() if not agrees]
@@ -190,12 +186,12 @@ def odd_ones_out(names: Iterable[str], agreement: Mapping[Pair, bool]) -> tuple[
 # What follows serves signals that are stuck: pairs by which one reveals that the other one should have moved.
 
 SPEEDS = ("vehicle_speed", *(f"wheel_speed_{end}_{side}" for end in ("front", "rear") for side in ("left", "right")))
+# (rate, angle) pairs: the rate is the derivative of the angle
 RATES = (
     ("steering_wheel_rate", "steering_wheel_angle"),
     ("pinion_rate", "pinion_angle"),
     ("motor_speed", "motor_angle_mechanical"),
 )
-"""(rate, angle) pairs: the rate is the derivative of the angle."""
 TURN = ("lateral_acceleration", "yaw_rate", "vehicle_speed")  # the first is about the product of the other two
 STEERED = ("steering_wheel_angle", "road_wheel_angle")  # cannot rest while the car turns to one side and the other
 # (signal, others): speeds that differ only by slip and the radius of the turn. One of the others may slip, so that the

@@ -204,8 +204,7 @@ class LaggedCorrelation:
     def add(self, first: np.ndarray, second: np.ndarray, usable: np.ndarray | None = None) -> None:
         """Add one block of both signals, (BLOCK,) each; a block with missing samples is discarded.
 
-        Args:
-            usable: samples that are compared, (BLOCK,); all if None
+        Args: usable: samples that are compared, (BLOCK,); all if None.
         """
         both = np.array([first, second])
         if not np.isfinite(both).all():

@@ -19,12 +19,6 @@ DERIVATIVES = ("", "_rate", "_acceleration")  # Suffixes of the state names of a
 def with_disturbance_states(system: LinearSystem, orders: Mapping[str, int]) -> LinearSystem:
     """The system with some of its inputs as chains of integrators, of which the last state is constant.
 
-    Args:
-        orders: number of states of each input: 1 for a random walk, 2 for a random walk of its rate, at most 3
-
-    Raises:
-        ParameterError: no such input, or an order out of range
-
     Source: Raffone, eqs (8) and (18), for order 1; the feed-through of such an input is kept.
     """
     for name, order in orders.items():
@@ -51,11 +45,7 @@ def with_disturbance_states(system: LinearSystem, orders: Mapping[str, int]) -> 
 
 
 def with_offset_state(system: LinearSystem, output: str, name: str) -> LinearSystem:
-    """The system with a constant added to one of its outputs, as its last state.
-
-    Raises:
-        ParameterError: no such output
-    """
+    """The system with a constant added to one of its outputs, as its last state."""
     if output not in system.outputs:
         raise ParameterError(f"the system has no output '{output}'{nearest(output, system.outputs)}")
     n = len(system.A)
@@ -68,11 +58,7 @@ def with_offset_state(system: LinearSystem, output: str, name: str) -> LinearSys
 
 
 def with_outputs(system: LinearSystem, outputs: tuple[str, ...]) -> LinearSystem:
-    """The system with a selection of its outputs, in the given order.
-
-    Raises:
-        ParameterError: no such output
-    """
+    """The system with a selection of its outputs, in the given order."""
     for name in outputs:
         if name not in system.outputs:
             raise ParameterError(f"the system has no output '{name}'{nearest(name, system.outputs)}")
@@ -82,11 +68,11 @@ def with_outputs(system: LinearSystem, outputs: tuple[str, ...]) -> LinearSystem
     )
 
 
+# Name and unit of the offset state of each sensor of a column that may have one
 OFFSETS: Mapping[str, tuple[str, str]] = {
     "driver_torque": ("driver_torque_offset", "N*m"),
     "motor_angle_mechanical": ("motor_angle_offset", "rad"),
 }
-"""Name and unit of the offset state of each sensor of a column that may have one."""
 
 
 class MotorTorque(NamedTuple):
@@ -118,16 +104,10 @@ def observed_column(
 ) -> ColumnObservation:
     """A column with the torque of the hands and the disturbance torque as states.
 
-    Args:
-        column: continuous, with the inputs of `ColumnInput`; reduced or not
-        sample_time: sampling interval [s]
-        hand_torque_order: 1 for a torque that is a random walk, 2 for one whose rate is
-        offset: sensor with an offset, "driver_torque" or "motor_angle_mechanical"; None for neither
-
-    Raises:
-        ParameterError: no such offset, or one of a sensor that is not measured
-
     Source: Raffone, eqs (8) and (18), where both torques are random walks.
+
+    Args: column: continuous, with the inputs of `ColumnInput`; reduced or not; sample_time: sampling interval [s];
+    offset: sensor with an offset, "driver_torque" or "motor_angle_mechanical"; None for neither.
     """
     orders = {"hand_torque": hand_torque_order, "disturbance_torque": disturbance_torque_order}
     extended = with_outputs(with_disturbance_states(column, orders), outputs)

@@ -42,26 +42,21 @@ def _rk4(slope: Derivative, x: Tree, step: Scalar) -> Tree:
     return _ahead(x, step / 6.0, _ahead(inner, 1.0, fourth))
 
 
+# One-step methods by name: order 1, 2 and 4
 METHODS: dict[str, Callable[[Derivative, Tree, Scalar], Tree]] = {"euler": _euler, "midpoint": _midpoint, "rk4": _rk4}
-"""One-step methods by name: order 1, 2 and 4."""
 
 
 @lru_cache(maxsize=256)
 def discretise(model: Model, method: str, steps: int = 1) -> Model:
     """The model discretised by an explicit method, with inputs constant over a sample.
 
-    Args:
-        method: "euler", "midpoint" or "rk4" (order 1, 2, 4). Stable while the magnitude of the fastest eigenvalue times
-            the step stays below about 2 (euler, midpoint) or 2.8 (rk4); a stiff linear model needs
-            `tierod.models.linear.zero_order_hold`
-        steps: number of steps of the method within one sample
+    Args: method: "euler", "midpoint" or "rk4" (order 1, 2, 4). Stable while the magnitude of the fastest eigenvalue
+    times the step stays below about 2 (euler, midpoint) or 2.8 (rk4); a stiff linear model needs
+    `tierod.models.linear.zero_order_hold`.
 
     Returns:
         a discrete model with the same State, Input and Output; its Parameters are `continuous` (those of the model)
         and `sample_time` [s]
-
-    Raises:
-        ParameterError: unknown method, no step, or a model that is not continuous
     """
     if method not in METHODS:
         raise ParameterError(f"'{method}' is not a method of discretisation{nearest(method, METHODS)}")
@@ -79,11 +74,7 @@ def discretise(model: Model, method: str, steps: int = 1) -> Model:
 
 
 def sampled_model(model: Model, method: str, transition: Callable[[Tree, Tree, Tree], Tree]) -> Model:
-    """The discrete model with a given transition and the shapes and output of a continuous one.
-
-    Args:
-        transition: over one sample, with parameters that are `continuous` and `sample_time`
-    """
+    """The discrete model with a given transition and the shapes and output of a continuous one."""
 
     def output(x: Tree, u: Tree, p: Tree) -> Tree:
         return model.output(x, u, p.continuous)
@@ -121,11 +112,7 @@ class LinearSystem:
         D: ArrayLike | None = None,
         states: tuple[str, ...] = (),
     ) -> LinearSystem:
-        """A system from its matrices alone.
-
-        Raises:
-            ParameterError: shapes that do not fit together, or numbers that are not finite
-        """
+        """A system from its matrices alone."""
         A, C = np.atleast_2d(np.asarray(A, float)), np.atleast_2d(np.asarray(C, float))
         n = len(A)
         B = np.zeros((n, 0)) if B is None else np.asarray(B, float)
@@ -147,14 +134,7 @@ def _numbered(letter: str, count: int) -> tuple[str, ...]:
 
 
 def linearise(model: Model, parameters: Tree, state: Tree, inputs: Tree) -> LinearSystem:
-    """The linear system of small deviations from an operating point, by the Jacobians of a model.
-
-    Args:
-        state, inputs: the point, as the model's State and Input (or tuples of floats in their order)
-
-    Raises:
-        ParameterError: a Jacobian that is not finite
-    """
+    """The linear system of small deviations from an operating point, by the Jacobians of a model."""
     at = rebuild(skeleton(model.State), [float(leaf) for leaf in values_of(state)])
     given = rebuild(skeleton(model.Input), [float(leaf) for leaf in values_of(inputs)])
     equation = model.transition if hasattr(model, "transition") else model.derivative
@@ -174,11 +154,7 @@ def linearise(model: Model, parameters: Tree, state: Tree, inputs: Tree) -> Line
 def sampled(system: LinearSystem, sample_time: float) -> LinearSystem:
     """The continuous system sampled exactly, with inputs constant over a sample (zero-order hold).
 
-    Args:
-        sample_time: sampling interval [s]
-
-    Raises:
-        ParameterError: a sampling interval that is not above zero
+    Args: sample_time: sampling interval [s].
     """
     from scipy.linalg import expm
 
@@ -235,13 +211,8 @@ def as_model(system: LinearSystem, state: type, inputs: type, output: type) -> L
 def zero_order_hold(model: Model, parameters: Tree, sample_time: float, state: Tree, inputs: Tree) -> Linear:
     """A continuous model, linearised at a point and sampled exactly.
 
-    Args:
-        model: continuous; a model that is linear through the origin is the same at every point
-        sample_time: sampling interval [s]
-        state, inputs: the point; the new model's state and input are deviations from it
-
-    Raises:
-        ParameterError: as `linearise` and `sampled`
+    Args: model: continuous; a model that is linear through the origin is the same at every point; sample_time: sampling
+    interval [s]; state, inputs: the point; the new model's state and input are deviations from it.
     """
     system = sampled(linearise(model, parameters, state, inputs), sample_time)
     return as_model(system, model.State, model.Input, model.Output)

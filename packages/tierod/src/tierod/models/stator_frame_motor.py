@@ -7,10 +7,14 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
 from tierod.core.graph.maths import exp, where
-from tierod.physics.clarke_park import Direction, StatorVector, direction, electrical_angle, park
-from tierod.physics.inverter import phase_signs
-from tierod.physics.pm_motor import (
+from tierod.physics.motor import (
+    Direction,
+    StatorVector,
+    direction,
+    electrical_angle,
     electromagnetic_torque,
+    park,
+    phase_signs,
     rotor_acceleration,
     salient_stator_current_rate,
     stator_current_rate,
@@ -56,8 +60,6 @@ class StatorFrameMotor:
     """
 
     class State(NamedTuple):
-        """Currents, rotor speed and angle, opposing load, logarithms of resistance and flux over their values."""
-
         current_alpha: Annotated[float, "A"]
         current_beta: Annotated[float, "A"]
         speed: Annotated[float, "rad/s"]
@@ -75,8 +77,6 @@ class StatorFrameMotor:
         standing: Annotated[float, ""]
 
     class Output(NamedTuple):
-        """Measured currents, and the speed where it is measured."""
-
         current_alpha: Annotated[float, "A"]
         current_beta: Annotated[float, "A"]
         speed: Annotated[float, "rad/s"]
@@ -153,12 +153,10 @@ class CommandedMotor:
     """`StatorFrameMotor` with the command of the inverter as input; voltage loss and knee current are states.
 
     Validity: currents that change by less than the knee within a sample, since the loss is that of the currents at its
-    start. Source: `tierod.physics.inverter.lost_voltage`.
+    start. Source: `tierod.physics.motor.lost_voltage`.
     """
 
     class State(NamedTuple):
-        """State of `StatorFrameMotor`, loss of a phase far above the knee, and logarithm of the knee over its value."""
-
         current_alpha: Annotated[float, "A"]
         current_beta: Annotated[float, "A"]
         speed: Annotated[float, "rad/s"]
@@ -175,7 +173,6 @@ class CommandedMotor:
 
     @staticmethod
     def transition(x: State, u: StatorFrameMotor.Input, p: CommandedMotorParameters) -> State:
-        """State after one sample; the input holds the commanded voltage."""
         knee = p.inverter_knee_current * exp(x.log_knee)
         signs = phase_signs(StatorVector(x.current_alpha, x.current_beta), knee)
         made = u._replace(

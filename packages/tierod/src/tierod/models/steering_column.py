@@ -1,15 +1,146 @@
-"""Steering columns of three and of two inertias, without and with dry friction."""
+"""Models of the steering column, and of the steering wheel above the torsion bar."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
 from tierod.core.errors import ParameterError
-from tierod.core.graph.maths import sign
+from tierod.core.graph.maths import Number, sign
 from tierod.physics.friction import dahl_slope
-from tierod.physics.gear import gear_coupling_torque
-from tierod.physics.steering_ratio import torsion_bar_torque
+from tierod.physics.steering import gear_coupling_torque, torsion_bar_torque
+
+
+@dataclass(frozen=True)
+class SteeringWheelParameters:
+    """A steering wheel and the torque of the hands on it."""
+
+    steering_wheel_inertia: Annotated[float, "kg*m**2"]  # J_sw [kg m^2]
+    steering_wheel_damping: Annotated[float, "N*m*s/rad"]  # beta_sw, to the housing [N m s/rad]
+    torque_offset: Annotated[float, "N*m"] = 0.0  # of the measured torque of the bar [N m]
+    inertia_error: Annotated[float, "kg*m**2"] = 0.0  # true inertia of the wheel less J_sw [kg m^2]
+    correlation_time: Annotated[float, "s"] = 0.1  # of the hands' torque [s]
+
+
+class SteeringWheel:
+    """A steering wheel under the measured torque of the bar and the unknown torque of the hands.
+
+    The parts below the torsion bar do not enter, so that gear, motor, rack and road need not be known. An error of the
+    inertia acts through a given acceleration: with that of the model, a filter would correlate it with the noise of the
+    measured torque, and the estimated inertia would grow without bound.
+    Validity: a balanced wheel, or one that turns little; the torque of the hands varies about zero.
+    Source: Raffone, eq (1), with T_driver as a first-order Gauss-Markov process.
+    """
+
+    class State(NamedTuple):
+        steering_wheel_angle: Annotated[float, "rad"]
+        steering_wheel_rate: Annotated[float, "rad/s"]
+        hand_torque: Annotated[float, "N*m"]
+
+    class Input(NamedTuple):
+        driver_torque: Annotated[float, "N*m"]
+        steering_wheel_acceleration: Annotated[float, "rad/s**2"]
+
+    class Output(NamedTuple):
+        steering_wheel_angle: Annotated[float, "rad"]
+
+    Parameters = SteeringWheelParameters
+
+    @staticmethod
+    def derivative(x: State, u: Input, p: SteeringWheelParameters) -> State:
+        bar = u.driver_torque - p.torque_offset
+        torque = x.hand_torque - bar - p.steering_wheel_damping * x.steering_wheel_rate
+        torque = torque - p.inertia_error * u.steering_wheel_acceleration
+        return SteeringWheel.State(
+            x.steering_wheel_rate, torque / p.steering_wheel_inertia, -x.hand_torque / p.correlation_time
+        )
+
+    @staticmethod
+    def output(x: State, u: Input, p: SteeringWheelParameters) -> Output:
+        return SteeringWheel.Output(x.steering_wheel_angle)
+
+
+@dataclass(frozen=True)
+class BelowBarParameters:
+    """Constants of the steering, named as in a vehicle file, split at the torsion bar.
+
+    The torque in the bar moves the parts below it; the hands overcome inertia and damping of the steering wheel.
+    """
+
+    column_inertia: Annotated[float, "kg*m**2"]  # total, at the steering wheel axis [kg m^2]
+    column_damping: Annotated[float, "N*m*s/rad"]  # total, at the steering wheel axis [N m s/rad]
+    steering_wheel_inertia: Annotated[float, "kg*m**2"] = 0.0  # part above the bar [kg m^2]
+    steering_wheel_damping: Annotated[float, "N*m*s/rad"] = 0.0  # part above the bar [N m s/rad]
+    torsion_bar_stiffness: Annotated[float, "N*m/rad"] = math.inf  # [N m/rad]; infinite for a rigid bar
+
+    @property
+    def inertia(self) -> float:
+        """Inertia below the bar [kg m^2]."""
+        return self.column_inertia - self.steering_wheel_inertia
+
+    @property
+    def damping(self) -> float:
+        """Damping below the bar [N m s/rad]."""
+        return self.column_damping - self.steering_wheel_damping
+
+
+@dataclass(frozen=True)
+class FrictionParameters:
+    """Parameters of the joint model, named as in a vehicle file.
+
+    The model of the paper has no bar; estimators with one use `below_bar`.
+    """
+
+    mass: Annotated[float, "kg"]  # of the vehicle [kg]
+    yaw_inertia: Annotated[float, "kg*m**2"]  # about the vertical axis [kg m^2]
+    front_distance: Annotated[float, "m"]  # centre of gravity to front axle [m]
+    rear_distance: Annotated[float, "m"]  # centre of gravity to rear axle [m]
+    # mechanical and pneumatic trail together, l_p [m]; the paper mentions the pneumatic part only
+    trail: Annotated[float, "m"]
+    steering_ratio: Annotated[float, ""]  # road wheel angle per steering wheel angle, rho [-]
+    column_inertia: Annotated[float, "kg*m**2"]  # J_eq at the steering wheel axis [kg m^2]
+    column_damping: Annotated[float, "N*m*s/rad"]  # B_eq at the steering wheel axis [N m s/rad], greater than zero
+    motor_ratio: Annotated[float, ""]  # turns of the motor per turn of the wheel, n [-]
+    sample_time: Annotated[float, "s"] = 0.01  # dt [s]
+    # parts of J_eq and B_eq above the torsion bar
+    steering_wheel_inertia: Annotated[float, "kg*m**2"] = 0.0
+    steering_wheel_damping: Annotated[float, "N*m*s/rad"] = 0.0
+    # [N m/rad]; infinite for a rigid bar, as the model of the paper has it
+    torsion_bar_stiffness: Annotated[float, "N*m/rad"] = math.inf
+
+    @property
+    def below_bar(self) -> BelowBarParameters:
+        return BelowBarParameters(
+            self.column_inertia,
+            self.column_damping,
+            self.steering_wheel_inertia,
+            self.steering_wheel_damping,
+            self.torsion_bar_stiffness,
+        )
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """Actuator between the motor of a steer-by-wire steering and the road wheels.
+
+    Source: Yih, Ryu, Gerdes, eqs (1) and (2).
+    """
+
+    motor_torque_constant: Annotated[float, "N*m/A"]  # torque of the motor per current, k_M
+    gearhead_ratio: Annotated[float, ""]  # turns of the motor per turn of the pinion, r_g
+    gearhead_efficiency: Annotated[float, ""]
+    power_assist_factor: Annotated[float, ""]  # torque at the pinion over that of the actuator, r_p
+    steering_ratio: Annotated[float, ""]  # road-wheel angle per pinion angle; the paper's r_s is its inverse
+
+    def motor_torque(self, motor_current: Number) -> Number:
+        """Torque at the motor's shaft [N*m] of a current [A]."""
+        return self.motor_torque_constant * motor_current
+
+    def road_wheel_torque(self, motor_torque: Number) -> Number:
+        """Torque at the road wheels [N*m] of a torque at the motor's shaft [N*m]."""
+        passed = self.gearhead_efficiency * self.gearhead_ratio * motor_torque
+        return self.power_assist_factor * passed / self.steering_ratio
 
 
 class ColumnInput(NamedTuple):
@@ -105,8 +236,6 @@ class ColumnWithFriction:
     """
 
     class State(NamedTuple):
-        """State of `SteeringColumn`, and the friction at the motor over its level."""
-
         steering_wheel_rate: Annotated[float, "rad/s"]
         motor_speed: Annotated[float, "rad/s"]
         gear_rate: Annotated[float, "rad/s"]
@@ -137,8 +266,8 @@ def _column(x: ColumnWithFriction.State) -> SteeringColumn.State:
     return SteeringColumn.State(*x[:6])
 
 
+# Choices for the spring: torsion bar and gear in series, the bar alone, or their sum as printed
 SPRINGS = ("series", "torsion bar", "printed")
-"""Choices for the spring: torsion bar and gear in series, the bar alone, or their sum as printed."""
 
 
 @dataclass(frozen=True)
@@ -192,15 +321,11 @@ class TwoInertiaColumn:
 def without_gear(column: ColumnParameters, spring: str = "series") -> TwoInertiaParameters:
     """The two-inertia column of a column: the gear turns with the motor, and its inertia is the motor's.
 
-    Args:
-        spring: "series" keeps the compliance of the gear, and the frequency of the column within 1 %; "torsion bar"
-            follows strictly from (9); "printed" adds k*/tau to the bar as in (11), which has no mechanical meaning and
-            is harmless only while the gear stiffness is that at the motor's shaft
-
-    Raises:
-        ParameterError: another spring
-
     Source: Raffone, eqs (9) to (11). Corrected: two springs in series give 1/k = 1/k_shaft + 1/(k* tau^2).
+
+    Args: spring: "series" keeps the compliance of the gear, and the frequency of the column within 1 %; "torsion bar"
+    follows strictly from (9); "printed" adds k*/tau to the bar as in (11), which has no mechanical meaning and is
+    harmless only while the gear stiffness is that at the motor's shaft.
     """
     if spring not in SPRINGS:
         raise ParameterError(f"spring is '{spring}'; expected {', '.join(SPRINGS)}")

@@ -14,7 +14,7 @@ import numpy as np
 from tierod.core.errors import ParameterError
 from tierod.core.findings import Curve, Decided
 from tierod.methods.analysis.consistency import gamma_quantile
-from tierod.methods.detectors import Cusum, GeometricAverage, HeldThreshold, LikelihoodRatio, SequentialTest
+from tierod.methods.detectors import Cusum, HeldThreshold
 from tierod.methods.detectors.rule_design import RuleDesign
 
 Unit = Literal["h", "recording", "car"]
@@ -163,12 +163,6 @@ def rule_in_words(rule: Any) -> str:
     if isinstance(rule, HeldThreshold):
         held = f" in {rule.hold} values one after the other" if rule.hold > 1 else ""
         return f"threshold {rule.threshold:.4g}{sides}{held}"
-    if isinstance(rule, GeometricAverage):
-        return f"geometric average{sides}: weight {rule.weight:.3g}, threshold {rule.threshold:.4g}"
-    if isinstance(rule, SequentialTest):
-        return f"sequential test: shift {rule.shift:.3g}, thresholds {rule.upper:.3g} for and {rule.lower:.3g} against"
-    if isinstance(rule, LikelihoodRatio):
-        return f"likelihood ratio: threshold {rule.threshold:.4g}"
     return str(rule)
 
 

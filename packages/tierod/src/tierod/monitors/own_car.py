@@ -20,9 +20,8 @@ from tierod.io.derive import complete
 from tierod.methods.filters import Butterworth
 from tierod.methods.identification.experiment import Found
 from tierod.methods.identification.vehicle import VehicleIdentification, identify_vehicle
-from tierod.methods.identification.vehicle_judgement import CONTRADICTION, LEARNT, NARROWED, NOT_SEEN, Judged
-from tierod.methods.identification.vehicle_priors import spread_of
-from tierod.models.friction_estimation import FrictionParameters
+from tierod.methods.identification.vehicle_judgement import CONTRADICTION, LEARNT, NARROWED, NOT_SEEN, Judged, spread_of
+from tierod.models.steering_column import FrictionParameters
 from tierod.monitors.defects import InputDefects
 from tierod.monitors.friction.estimator import (
     ROLLING_SPEED,

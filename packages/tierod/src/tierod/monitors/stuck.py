@@ -11,7 +11,7 @@ from tierod.core.block import Scalar, named_tuple
 from tierod.core.graph.maths import absolute, all_of, any_of, both, either, maximum, minimum, negated, present, where
 from tierod.core.signals import residue_of
 from tierod.methods.relations import FOLLOWED, RATES, SAME_SPEED, SPEEDS, STEERED, TURN, is_moved, is_ordered
-from tierod.physics.lag import share_reached
+from tierod.physics.friction import share_reached
 
 
 class EqualValues(NamedTuple):

@@ -1,96 +1,122 @@
-"""Dry friction: its laws, and its build-up along the path."""
+"""Dry friction by Coulomb and Dahl, and linear motions solved exactly over a sample."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 from tierod.core.block import Scalar
-from tierod.core.graph.maths import Number, absolute, exp, maximum, power, sign, sqrt, tanh, where
-from tierod.physics.lag import share_reached
+from tierod.core.graph.maths import Number, absolute, exp, expm1, maximum, power, sign, sqrt, tanh, where
+
+# Shortest time constant of a lag [s]: a shorter one is replaced by it, so that nothing is divided by zero. It is far
+# below a sampling interval.
+SHORTEST = 1e-4
 
 
-def coulomb(rate: Scalar, level: Scalar) -> Scalar:
-    """Dry friction torque [N*m] that depends on the direction of motion only.
+class Lagged(NamedTuple):
+    """The output of a lag over a sampling interval."""
 
-    Args:
-        rate: angular rate [rad/s]
-        level: friction torque while moving [N*m], not negative
+    mean: Scalar  # over the interval [unit of the input]
+    end: Scalar  # at its end [unit of the input]
 
-    Validity: motion beyond the pre-sliding range; zero at standstill, where the true torque is undetermined.
-    Source: Mohtat et al., eq (2), term Tf sgn(theta').
+
+def lagged_ramp(before: Scalar, after: Scalar, output: Scalar, lag: Scalar, time: Scalar) -> Lagged:
+    """Response of a first-order lag to a ramp, exact.
+
+    Validity: time constants below `SHORTEST` are replaced by it.
+    Source: solution of lag * y' = u - y with u on a straight line; its mean is that of u - lag * y'.
+
+    Args: output: of the lag at the start [unit of the input]; lag: time constant [s]; zero or above; time: sampling
+    interval [s], above zero.
     """
-    return level * sign(rate)
+    lag = maximum(lag, SHORTEST)
+    behind = (after - before) * (lag / time)
+    end = after - behind + (output - before + behind) * exp(-time / lag)
+    return Lagged(0.5 * (before + after) - lag / time * (end - output), end)
+
+
+def share_reached(elapsed: Number) -> Number:
+    """Share of a step that the output of a first-order lag has reached.
+
+    Source: solution of lag * y' = u - y with constant u.
+
+    Args: elapsed: time since the step over the time constant [-]; zero or above.
+    """
+    return -expm1(-elapsed)
+
+
+def gauss_markov_noise(deviation: Scalar, time: Scalar, step: Scalar) -> Scalar:
+    """Variance of the process noise of a first-order Gauss-Markov process over a sampling interval.
+
+    Source: P = exp(-2 step / time) P + noise with P = deviation^2.
+
+    Args: deviation: its stationary standard deviation [its unit]; time: its correlation time [s]; step: sampling
+    interval [s].
+
+    Returns:
+        variance of the noise that keeps the stationary deviation [its unit squared]
+    """
+    return deviation * deviation * share_reached(2.0 * step / time)
+
+
+# Smallest share of its rate that a body loses over the time [-]. With less damping, the closed form divides the
+# difference of two nearly equal numbers by almost zero; no real bearing loses less in a hundredth of a second.
+LEAST_DAMPING = 1e-4
+
+
+class DampedRotation(NamedTuple):
+    """Coefficients of rate and angle increment at the end of the time, for initial rate and torque."""
+
+    kept: Scalar  # rate per initial rate [-]
+    path: Scalar  # angle increment per initial rate [s]
+    rate_per_torque: Scalar  # [rad/(s*N*m)]
+    angle_per_torque: Scalar  # [rad/(N*m)]
+
+
+def damped_rotation(inertia: Scalar, damping: Scalar, time: Scalar) -> DampedRotation:
+    """Transition of a damped rotation under a constant torque, exact.
+
+    Validity: a damping that takes less than `LEAST_DAMPING` of the rate over the time is replaced by one that does.
+    Source: solution of inertia * angle'' = torque - damping * angle'.
+
+    Args: inertia [kg*m**2], above zero; damping [N*m*s/rad], zero or above; time [s], above zero.
+    """
+    damping = maximum(damping, LEAST_DAMPING * inertia / time)
+    kept = exp(-damping * time / inertia)
+    rate_per_torque = (1.0 - kept) / damping
+    path = inertia * rate_per_torque
+    return DampedRotation(kept, path, rate_per_torque, (time - path) / damping)
 
 
 def smooth_coulomb(rate: Scalar, level: Scalar, width: Scalar) -> Scalar:
     """Dry friction torque [N*m] smoothed by a hyperbolic tangent, so that it has a derivative.
 
-    Args:
-        rate: angular rate [rad/s]
-        level: friction torque while moving [N*m]
-        width: rate at which 76 % of the level is reached [rad/s]; a smaller one lets a filter chatter, with a larger
-            one the model creeps at low rates
-
     Validity: rates well above the width; creeps at standstill.
+
+    Args: rate: angular rate [rad/s]; level: friction torque while moving [N*m]; width: rate at which 76 % of the level
+    is reached [rad/s]; a smaller one lets a filter chatter, with a larger one the model creeps at low rates.
     """
     return level * tanh(rate / width)
-
-
-def smooth_sign_slope(rate: Scalar, width: Scalar) -> Scalar:
-    """Derivative [s/rad] of the sign function smoothed by a hyperbolic tangent: twice a Dirac delta of finite width.
-
-    Args:
-        rate: angular rate [rad/s]
-        width: rate at which 76 % of the sign is reached [rad/s]
-
-    Source: d tanh(x / w) / dx; its integral over all rates is 2, as that of d sgn(x) / dx = 2 delta(x) in eq (19) of
-    Mohtat et al., printed without the factor.
-    """
-    level = tanh(rate / width)
-    return (1.0 - level * level) / width
 
 
 def viscous(rate: Number, damping: Scalar) -> Number:
     """Viscous friction torque [N*m].
 
-    Args:
-        rate: angular rate [rad/s]
-        damping: torque per rate [N*m*s/rad]
-
     Source: Mohtat et al., eq (2), term Beq theta'.
+
+    Args: rate: angular rate [rad/s]; damping: torque per rate [N*m*s/rad].
     """
     return damping * rate
-
-
-def stribeck_level(
-    rate: Scalar, static_level: Scalar, sliding_level: Scalar, stribeck_rate: Scalar, shape: Scalar = 2.0
-) -> Scalar:
-    """Level of dry friction [N*m], falling from the static to the sliding one as the rate grows.
-
-    Args:
-        rate: angular rate [rad/s]
-        static_level: level at standstill [N*m]
-        sliding_level: level far above the Stribeck rate [N*m]
-        stribeck_rate: rate at which the excess has fallen to 1/e [rad/s], positive
-        shape: exponent of the curve [-], 0.5 to 2
-
-    Source: Bo and Pavelescu, Wear 82 (1982) 277, as used by Canudas de Wit et al. (1995), eq (4), with exponent 2.
-    """
-    excess = power(maximum(absolute(rate) / stribeck_rate, 1e-30), shape)
-    return sliding_level + (static_level - sliding_level) * exp(-excess)
 
 
 def dahl_slope(normalised: Scalar, direction: Scalar, dahl_angle: Scalar, exponent: Scalar = 1.0) -> Scalar:
     """Derivative of the normalised Dahl friction with respect to the angle [1/rad].
 
-    Args:
-        normalised: friction torque over its level, x = T/Tf [-], within -1 to 1
-        direction: sign of the rate [-]
-        dahl_angle: angle over which friction builds up, level over initial stiffness [rad], positive
-        exponent: alpha, shape of the build-up [-]; 1 exponential, below 1 steeper, above 1 longer tail
-
     Source: Dahl, AIAA J. 14 (1976) 1675: dT/dtheta = sigma |1 - (T/Tf) sgn|^alpha sgn(1 - (T/Tf) sgn);
     Raffone, eq (4), prints alpha = 1 only and is exact for that value alone.
+
+    Args: normalised: friction torque over its level, x = T/Tf [-], within -1 to 1; direction: sign of the rate [-];
+    dahl_angle: angle over which friction builds up, level over initial stiffness [rad], positive; exponent: alpha,
+    shape of the build-up [-]; 1 exponential, below 1 steeper, above 1 longer tail.
     """
     gap = 1.0 - normalised * direction
     return power(maximum(absolute(gap), 1e-300), exponent) * sign(gap) / dahl_angle
@@ -99,12 +125,10 @@ def dahl_slope(normalised: Scalar, direction: Scalar, dahl_angle: Scalar, expone
 def dahl_update(normalised: Scalar, angle_increment: Number, dahl_angle: Scalar) -> Number:
     """Normalised Dahl friction [-] after an angle increment in one direction, exact for exponent 1.
 
-    Args:
-        normalised: friction torque over its level before the increment [-]
-        angle_increment: [rad], without reversal inside
-        dahl_angle: level over initial stiffness [rad], positive
-
     Source: solution of Dahl's equation with alpha = 1: h <- s + (h - s) exp(-|d theta|/angle), s = sgn(d theta).
+
+    Args: normalised: friction torque over its level before the increment [-]; angle_increment [rad], without reversal
+    inside; dahl_angle: level over initial stiffness [rad], positive.
     """
     direction = sign(angle_increment)
     return direction + (normalised - direction) * exp(-absolute(angle_increment) / dahl_angle)
@@ -113,12 +137,10 @@ def dahl_update(normalised: Scalar, angle_increment: Number, dahl_angle: Scalar)
 def dahl_mean(normalised: Scalar, angle_increment: Scalar, dahl_angle: Scalar) -> Scalar:
     """Mean of the normalised Dahl friction [-] over an angle increment in one direction, exact for exponent 1.
 
-    Args:
-        normalised: friction torque over its level before the increment [-]
-        angle_increment: [rad], without reversal inside
-        dahl_angle: level over initial stiffness [rad], positive
-
     Source: `dahl_update` integrated over the increment: s + (h - s) (1 - exp(-a)) / a, a = |d theta|/angle.
+
+    Args: normalised: friction torque over its level before the increment [-]; angle_increment [rad], without reversal
+    inside; dahl_angle: level over initial stiffness [rad], positive.
     """
     direction = sign(angle_increment)
     travel = absolute(angle_increment) / dahl_angle
@@ -132,72 +154,14 @@ def dahl_sensitivity_update(
 ) -> Scalar:
     """Derivative [-] of the normalised Dahl friction with respect to ln(dahl_angle), after an angle increment.
 
-    Args:
-        sensitivity: dh / d ln(dahl_angle) before the increment [-]
-        normalised: friction torque over its level *before* the increment [-]
-        angle_increment: [rad], without reversal inside
-        dahl_angle: level over initial stiffness [rad], positive
-
     Source: derivative of `dahl_update`: g <- exp(-a) (g + (h - s) a), a = |d theta|/angle.
+
+    Args: sensitivity: dh / d ln(dahl_angle) before the increment [-]; normalised: friction torque over its level
+    *before* the increment [-]; angle_increment [rad], without reversal inside; dahl_angle: level over initial stiffness
+    [rad], positive.
     """
     travel = absolute(angle_increment) / dahl_angle
     return exp(-travel) * (sensitivity + (normalised - sign(angle_increment)) * travel)
-
-
-def dahl_power_update(normalised: Scalar, angle_increment: Scalar, dahl_angle: Scalar, exponent: Scalar) -> Scalar:
-    """Normalised Dahl friction [-] after an angle increment in one direction, exact for any exponent from 0 to 5.
-
-    Args:
-        normalised: friction torque over its level before the increment [-]
-        angle_increment: [rad], without reversal inside
-        dahl_angle: level over initial stiffness [rad], positive
-        exponent: alpha of `dahl_slope` [-]
-
-    The gap u = |1 - x sgn| obeys du/da = -u^alpha, so u^(1-alpha) falls linearly with the travel a; exponents within
-    1e-6 of one use the exponential. Below one the level is reached after a finite travel.
-    """
-    direction = sign(angle_increment)
-    travel = absolute(angle_increment) / dahl_angle
-    # Both branches of `where` are evaluated: neither a gap of zero nor an exponent of one may divide by zero.
-    gap = maximum(absolute(1.0 - normalised * direction), 1e-60)
-    order = 1.0 - exponent
-    exponential = absolute(order) < 1e-6
-    safe_order = where(exponential, 1.0, order)
-    remaining = maximum(1.0 - safe_order * travel * power(gap, -safe_order), 0.0)
-    share = where(exponential, exp(-travel), power(remaining, 1.0 / safe_order))
-    return direction + (normalised - direction) * share
-
-
-def lugre_bristle_rate(deflection: Scalar, rate: Scalar, stiffness: Scalar, level: Scalar) -> Scalar:
-    """Rate of the mean bristle deflection [rad/s] of the LuGre model.
-
-    Args:
-        deflection: mean bristle deflection [rad]
-        rate: angular rate [rad/s]
-        stiffness: bristle stiffness, sigma_0 [N*m/rad]
-        level: steady friction torque at this rate [N*m], for example from `stribeck_level`
-
-    Source: Canudas de Wit, Olsson, Astrom, Lischinsky, IEEE TAC 40 (1995) 419, eq (2).
-    """
-    return rate - absolute(rate) * stiffness * deflection / level
-
-
-def lugre_torque(
-    deflection: Scalar, bristle_rate: Scalar, rate: Scalar, stiffness: Scalar, micro_damping: Scalar, damping: Scalar
-) -> Scalar:
-    """Friction torque [N*m] of the LuGre model.
-
-    Args:
-        deflection: mean bristle deflection [rad]
-        bristle_rate: its rate, from `lugre_bristle_rate` [rad/s]
-        rate: angular rate [rad/s]
-        stiffness: bristle stiffness, sigma_0 [N*m/rad]
-        micro_damping: damping of the bristles, sigma_1 [N*m*s/rad]
-        damping: viscous damping, sigma_2 [N*m*s/rad]
-
-    Source: Canudas de Wit et al. (1995), eq (3).
-    """
-    return stiffness * deflection + micro_damping * bristle_rate + damping * rate
 
 
 _CLOSED = 1e-9  # root of a gap that counts as none: friction has reached its level
@@ -216,12 +180,9 @@ RELAXED = BuildUp(0.0, 0.0)  # State before the first motion: no friction
 def finite_build_up(state: BuildUp, angle_increment: Scalar, dahl_angle: Scalar) -> BuildUp:
     """Build-up with exponent 1/2: the level is reached after a finite travel, as with uniformly distributed bristles.
 
-    Args:
-        state: before the increment
-        angle_increment: [rad], without reversal inside
-        dahl_angle: level over initial stiffness [rad], positive
-
     Source: solution of Dahl's equation (`tierod.physics.friction.dahl_slope`): sqrt(u) falls by a / 2.
+
+    Args: angle_increment [rad], without reversal inside; dahl_angle: level over initial stiffness [rad], positive.
     """
     direction, travel, gap, change = _gap(state, angle_increment, dahl_angle)
     root = sqrt(gap)
@@ -235,12 +196,9 @@ def finite_build_up(state: BuildUp, angle_increment: Scalar, dahl_angle: Scalar)
 def exponential_build_up(state: BuildUp, angle_increment: Scalar, dahl_angle: Scalar) -> BuildUp:
     """Build-up with exponent 1, the most common law: u falls as exp(-a).
 
-    Args:
-        state: before the increment
-        angle_increment: [rad], without reversal inside
-        dahl_angle: level over initial stiffness [rad], positive
-
     Source: `tierod.physics.friction.dahl_update` and its sensitivity.
+
+    Args: angle_increment [rad], without reversal inside; dahl_angle: level over initial stiffness [rad], positive.
     """
     return BuildUp(
         dahl_update(state.level, angle_increment, dahl_angle),
@@ -251,12 +209,9 @@ def exponential_build_up(state: BuildUp, angle_increment: Scalar, dahl_angle: Sc
 def long_build_up(state: BuildUp, angle_increment: Scalar, dahl_angle: Scalar) -> BuildUp:
     """Build-up with exponent 2, with a long tail: u falls as 1 / (1 + a u) and hardly ever reaches zero.
 
-    Args:
-        state: before the increment
-        angle_increment: [rad], without reversal inside
-        dahl_angle: level over initial stiffness [rad], positive
-
     Source: solution of Dahl's equation (`tierod.physics.friction.dahl_slope`).
+
+    Args: angle_increment [rad], without reversal inside; dahl_angle: level over initial stiffness [rad], positive.
     """
     direction, travel, gap, change = _gap(state, angle_increment, dahl_angle)
     shrink = 1.0 / (1.0 + travel * gap)
@@ -269,10 +224,7 @@ def build_ups(
 ) -> tuple[BuildUp, BuildUp, BuildUp]:
     """The three laws side by side: finite, exponential and long, in this order.
 
-    Args:
-        states: before the increment
-        angle_increment: [rad], without reversal inside
-        dahl_angle: level over initial stiffness [rad], positive
+    Args: angle_increment [rad], without reversal inside; dahl_angle: level over initial stiffness [rad], positive.
     """
     finite, exponential, long = states
     return (

@@ -11,36 +11,28 @@ import numpy as np
 
 from tierod.core.content import Chart, Lines, Panel, Points, Table
 from tierod.core.errors import InputError
-from tierod.methods.detectors.measured import MeasuredDesign, threshold_from_records
-from tierod.methods.detectors.rule_design import RULES, Designed, delays_of, designed
-from tierod.methods.detectors.stopping_rules import LikelihoodRatioRule, StoppingRule
+from tierod.methods.detectors.rule_design import (
+    RULES,
+    Designed,
+    MeasuredDesign,
+    delays_of,
+    designed,
+    threshold_from_records,
+)
 from tierod.report.display import duration, number
 from tierod.report.html import Analysis
-
-LIKELIHOOD_RATIO = "likelihood-ratio"  # Rule whose run length can only be measured
-ALL_RULES = (*RULES, LIKELIHOOD_RATIO)  # Names of all rules, as given by the user
-
-# Number of simulated white residuals, used where a rule must be measured and no residuals are given
-SIMULATED = 2_000_000
 
 
 @dataclass(frozen=True)
 class Measured:
     records: Sequence[np.ndarray]  # (n,) per recording [unit of the residual]; NaN where missing
     label: str
-    simulated: bool = False
 
     @property
     def deviation(self) -> Annotated[float, "unit of the signal"]:
         """Root mean square of all finite residuals; zero where there are none."""
         whole = np.concatenate(self.records)
         return float(np.sqrt(np.nanmean(whole**2))) if np.isfinite(whole).any() else 0.0
-
-
-def drawn(deviation: float, seed: int = 0) -> Measured:
-    """Simulated white Gaussian residuals with a given standard deviation."""
-    residual = deviation * np.random.default_rng(seed).normal(size=SIMULATED)
-    return Measured([residual], f"{SIMULATED / 1e6:g} million white residuals, simulated", True)
 
 
 def of_white(wish: Wish, rule: str | None = None) -> Analysis:
@@ -50,7 +42,7 @@ def of_white(wish: Wish, rule: str | None = None) -> Analysis:
     summary = (
         f"For white Gaussian residuals of standard deviation {wish.deviation:g}, with {time_in_words(wish.interval)} "
         f"between false alarms, a shift of {wish.shift:g} is detected soonest by: {best.rule.name}, threshold "
-        f"{best.threshold * best.rule.scale(wish.deviation):.4g}, after {time_in_words(best.delay / wish.rate)} on "
+        f"{best.threshold * wish.deviation:.4g}, after {time_in_words(best.delay / wish.rate)} on "
         "average.",
         "Autocorrelated residuals cause far more false alarms; for them, measure the threshold on a fault-free "
         "recording (--residual).",
@@ -59,7 +51,7 @@ def of_white(wish: Wish, rule: str | None = None) -> Analysis:
         {
             "rule": name,
             "constant": each.rule.name,
-            "threshold": each.threshold * each.rule.scale(wish.deviation),
+            "threshold": each.threshold * wish.deviation,
             "delay_s": each.delay / wish.rate,
             "seconds_between_false_alarms": wish.interval,
         }
@@ -79,19 +71,18 @@ def of_measured(wish: Wish, rule: str | None, given: Measured) -> Analysis:
     if not deviation > 0.0:
         raise InputError("the fault-free residual is zero or missing throughout; check --signal")
     wish = replace(wish, deviation=deviation)
-    chosen = _chosen(rule or "cusum", wish)
+    chosen = designed(rule or "cusum", wish.shift / wish.deviation, wish.samples, wish.sides).rule
     found = threshold_from_records(chosen, given.records, wish.samples)
     block = chosen.block(found.threshold, deviation)
     shift = -wish.shift if wish.sides == "lower" else wish.shift
     delays = delays_of(block, given.records, shift) / wish.rate
     document: dict[str, Any] = {
         "rule": chosen.name,
-        "threshold": found.threshold * chosen.scale(deviation),
+        "threshold": found.threshold * deviation,
         "deviation": deviation,
         "seconds_between_false_alarms": wish.interval,
         "interval_s": [found.low / wish.rate, found.high / wish.rate],
         "extrapolated": found.extrapolated,
-        "simulated": given.simulated,
         "claim": found.claim(wish.rate),
         "delay_median_s": float(np.quantile(delays, 0.5, method="higher")),
         "delay_p95_s": float(np.quantile(delays, 0.95, method="higher")),
@@ -100,18 +91,7 @@ def of_measured(wish: Wish, rule: str | None, given: Measured) -> Analysis:
         f"Threshold {document['threshold']:.4g} of the {chosen.name}, measured on {given.label}. Time between false "
         f"alarms: {found.claim(wish.rate)}.",
     )
-    remarks = (
-        ("White residuals were simulated; real ones are autocorrelated and cause more false alarms.",)
-        if given.simulated
-        else ()
-    )
-    return Analysis("Design of a detector", summary, measurement(wish, found, delays.tolist()), document, remarks)
-
-
-def _chosen(rule: str, wish: Wish) -> StoppingRule:
-    if rule == LIKELIHOOD_RATIO:
-        return LikelihoodRatioRule(sides=wish.sides)
-    return designed(rule, wish.shift / wish.deviation, wish.samples, wish.sides).rule
+    return Analysis("Design of a detector", summary, measurement(wish, found, delays.tolist()), document)
 
 
 @dataclass(frozen=True)
@@ -132,7 +112,7 @@ def rules_beside(wish: Wish, found: Mapping[str, Designed]) -> Table:
     """Comparison of rules for white residuals: thresholds and delays."""
     rows = []
     for name, each in found.items():
-        threshold = each.threshold * each.rule.scale(wish.deviation)
+        threshold = each.threshold * wish.deviation
         delays = [each.delay_at(scale * wish.shift / wish.deviation) / wish.rate for scale in (1.0, 0.5, 2.0)]
         rows.append((name, each.rule.name, number(threshold), *(time_in_words(delay) for delay in delays)))
     header = ("rule", "with its constant", "threshold", "delay at the shift", "at half of it", "at twice")
@@ -140,13 +120,12 @@ def rules_beside(wish: Wish, found: Mapping[str, Designed]) -> Table:
         f"Rules with {time_in_words(wish.interval)} between false alarms",
         header,
         tuple(rows),
-        "Thresholds in the unit of the residual, of the sequential test as evidence. Mean delays of a shift that is "
-        "there from the start on.",
+        "Thresholds in the unit of the residual. Mean delays of a shift that is there from the start on.",
     )
 
 
 def measurement(wish: Wish, found: MeasuredDesign, delays: Sequence[float]) -> list[Table | Chart]:
-    unit = found.rule.scale(found.deviation)
+    unit = found.deviation
     median, late = (float(np.quantile(delays, share, method="higher")) for share in (0.5, 0.95))
     rows = (
         ("rule", found.rule.name),

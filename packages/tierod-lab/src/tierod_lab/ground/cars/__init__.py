@@ -10,8 +10,7 @@ from typing import Annotated, NamedTuple, TypeAlias
 from tierod.core.block import Scalar, Tree, named_tuple
 from tierod.core.fields import Range
 from tierod.core.graph.maths import arctan, arctan2, where
-from tierod.physics.gravity import GRAVITY
-from tierod.physics.single_track import lateral_acceleration_at
+from tierod.physics.motion import GRAVITY, lateral_acceleration_at
 from tierod_lab.ground.chassis import TwoTrack
 from tierod_lab.ground.courses.course import Start
 from tierod_lab.ground.drivers import HumanDriver

@@ -8,8 +8,7 @@ from typing import Annotated, NamedTuple
 from tierod.core.block import Scalar, Tree
 from tierod.core.fields import COUNT, NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import limit, where
-from tierod.physics.gear import gear_coupling_torque
-from tierod.physics.steering_ratio import torsion_bar_torque
+from tierod.physics.steering import gear_coupling_torque, torsion_bar_torque
 from tierod_lab.ground.control import AngleControl, AngleMemory
 from tierod_lab.ground.integration import runge_kutta
 from tierod_lab.ground.motor import AFS_MOTOR, IN_LOOP, DriveSignals, DriveState, PmMotor, Senses

@@ -7,21 +7,12 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
 from tierod.core.fields import POSITIVE
-from tierod.physics.gear import superposed_target
+from tierod.physics.steering import superposed_target
 from tierod_lab.ground.cars import Car, Controlled, Observed, Read, Torques
 from tierod_lab.ground.chassis import demonstrator
 from tierod_lab.ground.control import AngleControl, AngleMemory, AssistMemory, AssistUnit, Feel, VariableRatio
 from tierod_lab.ground.drivers import AutomatedDriver, Command, Sensed
-from tierod_lab.ground.motor import (
-    AFS_MOTOR,
-    EPS_MOTOR,
-    IN_LOOP,
-    DriveSignals,
-    DriveState,
-    PmMotor,
-    Rotor,
-    Senses,
-)
+from tierod_lab.ground.motor import AFS_MOTOR, EPS_MOTOR, IN_LOOP, DriveSignals, DriveState, PmMotor, Rotor, Senses
 from tierod_lab.ground.parts import Chassis, Intent, Memory, Reaction, Steering, Wheels, signals
 from tierod_lab.ground.powertrain import WheelMotors
 from tierod_lab.ground.steering import Motor

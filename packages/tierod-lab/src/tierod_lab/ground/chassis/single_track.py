@@ -9,16 +9,16 @@ from typing import Annotated, NamedTuple
 from tierod.core.block import Scalar
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import limit, maximum, sin, sqrt, where
-from tierod.physics import single_track
-from tierod.physics.aligning import weight_torque
-from tierod.physics.gravity import GRAVITY
-from tierod.physics.tyre import (
+from tierod.physics import motion as single_track
+from tierod.physics.motion import GRAVITY
+from tierod.physics.steering import weight_torque
+from tierod.physics.tyre import twist_rate
+from tierod_lab.ground.chassis.laws import (
     bounded_relaxation_rate,
     brush_aligning_torque,
     brush_lateral_force,
     parking_torque,
     relaxation_speed,
-    twist_rate,
 )
 from tierod_lab.ground.chassis.two_track import OnTwoAxles
 from tierod_lab.ground.chassis.tyres import LEAST_ADHESION, TREAD_LAG, holding_friction, hub, rolling_resistance

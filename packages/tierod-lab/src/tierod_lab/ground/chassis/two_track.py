@@ -8,12 +8,11 @@ from typing import Annotated, Any, NamedTuple, Self
 from tierod.core.block import Scalar
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import cos, limit, maximum, sin, where
-from tierod.physics import single_track
-from tierod.physics.aligning import scrub_radius_torque, weight_lever, weight_torque
-from tierod.physics.gravity import GRAVITY
-from tierod.physics.planar_motion import lateral_load_transfer, longitudinal_load_transfer
-from tierod.physics.single_track import front_axle_load, yaw_moment
-from tierod.physics.tyre import parking_torque, twist_rate
+from tierod.physics import motion as single_track
+from tierod.physics.motion import GRAVITY, front_axle_load, longitudinal_load_transfer, yaw_moment
+from tierod.physics.steering import weight_lever, weight_torque
+from tierod.physics.tyre import twist_rate
+from tierod_lab.ground.chassis.laws import lateral_load_transfer, parking_torque, scrub_radius_torque
 from tierod_lab.ground.chassis.tyres import (
     AirForces,
     Contact,

@@ -9,8 +9,14 @@ from typing import Annotated, NamedTuple
 from tierod.core.block import Scalar
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, Range
 from tierod.core.graph.maths import limit, maximum, sin, sqrt
-from tierod.physics.magic_formula import combined_forces, friction_at_load, stiffness_per_load, trail
-from tierod.physics.tyre import bounded_relaxation_rate, relaxation_speed
+from tierod.physics.tyre import trail
+from tierod_lab.ground.chassis.laws import (
+    bounded_relaxation_rate,
+    combined_forces,
+    friction_at_load,
+    relaxation_speed,
+    stiffness_per_load,
+)
 
 AIR_DENSITY = 1.2  # Density of dry air at 20 degC and 1013 hPa [kg/m**3]
 

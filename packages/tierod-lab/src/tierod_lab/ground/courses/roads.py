@@ -12,7 +12,7 @@ import numpy as np
 
 from tierod.core.errors import ParameterError
 from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE, SHARE
-from tierod.physics.gravity import GRAVITY
+from tierod.physics.motion import GRAVITY
 from tierod_lab.ground.courses.course import (
     Adhesion,
     Along,

@@ -14,7 +14,7 @@ import numpy as np
 from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, Range, check_ranges
 from tierod.core.toml import SIGNAL_UNIT, kind_name
-from tierod.physics.lag import share_reached
+from tierod.physics.friction import share_reached
 from tierod_lab.ground.sensors import Sensor
 
 _BLOCK = 1024  # Number of random numbers that are drawn together

@@ -9,18 +9,25 @@ from typing import Annotated, NamedTuple, TypeAlias
 
 from tierod.core.block import Scalar, Tree
 from tierod.core.fields import COUNT, NOT_NEGATIVE, POSITIVE, SHARE
-from tierod.physics.clarke_park import Direction, StatorVector, direction, electrical_angle, turned
 from tierod.physics.friction import dahl_update
-from tierod.physics.inverter import longest_voltage, lost_voltage
-from tierod.physics.pm_motor import (
+from tierod.physics.motor import (
+    Direction,
+    StatorVector,
+    direction,
+    electrical_angle,
+    flux_at,
+    lost_voltage,
+    resistance_at,
+    rotor_acceleration,
+    stator_flux_rate,
+    turned,
+)
+from tierod_lab.ground.laws import (
     cogging_torque,
     copper_loss,
     current_of_flux,
     electric_power,
-    flux_at,
-    resistance_at,
-    rotor_acceleration,
-    stator_flux_rate,
+    longest_voltage,
     torque_of_flux,
 )
 from tierod_lab.ground.motor.control import ControlMemory, CurrentControl

@@ -8,9 +8,8 @@ from typing import Annotated, Any, NamedTuple
 from tierod.core.block import Scalar
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.core.graph.maths import absolute, exp, limit, maximum, minimum, sqrt
-from tierod.physics.clarke_park import Direction, RotorVector, StatorVector, inverse_park, park, turned
-from tierod.physics.inverter import limited_voltage
-from tierod.physics.pm_motor import torque_constant
+from tierod.physics.motor import Direction, RotorVector, StatorVector, inverse_park, park, torque_constant, turned
+from tierod_lab.ground.laws import limited_voltage
 
 _ROUNDS = 6  # Number of iterations in the search for the current that makes a torque
 

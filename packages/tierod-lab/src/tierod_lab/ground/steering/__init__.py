@@ -10,15 +10,8 @@ from tierod.core.block import Scalar, Tree
 from tierod.core.errors import ParameterError
 from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import limit, sin
-from tierod.physics.gear import end_stop_torque
-from tierod.physics.steering_ratio import (
-    ackermann_angle,
-    ackermann_slope,
-    road_wheel_angle,
-    torque_at_steering_wheel,
-    torsion_bar_torque,
-    variable_ratio,
-)
+from tierod.physics.steering import road_wheel_angle, torque_at_steering_wheel, torsion_bar_torque
+from tierod_lab.ground.laws import ackermann_angle, ackermann_slope, end_stop_torque, variable_ratio
 from tierod_lab.ground.parts import Hand, Loads, Memory, Steer, signals
 from tierod_lab.ground.steering.friction import Dahl, DryFriction
 
@@ -146,7 +139,7 @@ class Linkage:
 
     ratio: Annotated[float, "", POSITIVE] = 1.0 / 15.5
     ratio_growth: Annotated[float, "1/rad**2", ANY] = 0.0
-    # see `tierod.physics.steering_ratio`; the default is about 60 % of full Ackermann
+    # see `tierod.physics.steering`; the default is about 60 % of full Ackermann
     ackermann_gain: Annotated[float, "1/rad", NOT_NEGATIVE] = 0.16
     # travel of the rack per angle of the pinion; the default is 55 mm per revolution
     rack_ratio: Annotated[float, "m/rad", POSITIVE] = 8.75e-3

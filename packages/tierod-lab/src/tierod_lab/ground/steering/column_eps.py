@@ -9,8 +9,8 @@ from tierod.core.block import Scalar, Tree
 from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.physics.friction import viscous
-from tierod.physics.gear import lash_torque, superposed_angle
-from tierod.physics.steering_ratio import column_torque_of_motor
+from tierod.physics.steering import column_torque_of_motor, superposed_angle
+from tierod_lab.ground.laws import lash_torque
 from tierod_lab.ground.parts import Hand, Loads, Memory, Steer, signals
 from tierod_lab.ground.steering import (
     Dry,

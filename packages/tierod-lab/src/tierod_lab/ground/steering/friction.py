@@ -10,14 +10,8 @@ from tierod.core.block import Scalar
 from tierod.core.errors import ParameterError
 from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE, SHARE, Range
 from tierod.core.graph.maths import absolute, cos, exp, limit, maximum, sign, where
-from tierod.physics.friction import (
-    dahl_power_update,
-    dahl_slope,
-    dahl_update,
-    lugre_bristle_rate,
-    lugre_torque,
-    stribeck_level,
-)
+from tierod.physics.friction import dahl_slope, dahl_update
+from tierod_lab.ground.laws import dahl_power_update, lugre_bristle_rate, lugre_torque, stribeck_level
 from tierod_lab.ground.parts import Memory
 
 

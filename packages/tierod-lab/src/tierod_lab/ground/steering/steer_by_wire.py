@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 from tierod.core.block import Scalar, Tree
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, SHARE
 from tierod.physics.friction import viscous
-from tierod.physics.steering_ratio import column_torque_of_motor
+from tierod.physics.steering import column_torque_of_motor
 from tierod_lab.ground.parts import Hand, Loads, Memory, Steer, signals
 from tierod_lab.ground.steering import Linkage, Motor, Resistance
 from tierod_lab.ground.steering.friction import Dahl, DryFriction

@@ -9,8 +9,7 @@ import numpy as np
 from tierod.core.block import leaves, skeleton
 from tierod.core.graph import scan
 from tierod.core.recording import Channel, Recording
-from tierod.methods.identification.bench_recording import BenchRecording, bench_recording
-from tierod.methods.identification.sampled_column import BenchParameters
+from tierod.methods.identification.bench_recording import BenchParameters, BenchRecording, bench_recording
 from tierod.vehicles import load
 from tierod_lab.ground.cars.benches import Acting, ColumnBench
 from tierod_lab.ground.courses.bench import BenchMultisine, BenchRamps, BenchSweep, BenchTorque

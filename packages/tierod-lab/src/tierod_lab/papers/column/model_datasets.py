@@ -11,8 +11,8 @@ import numpy as np
 
 from tierod.core.graph import scan
 from tierod.methods.analysis.observability import observability
+from tierod.methods.identification.bench_recording import BenchParameters
 from tierod.methods.identification.column_fit import ColumnFit, Fitted, WheelMotion, wheel_side
-from tierod.methods.identification.sampled_column import BenchParameters
 from tierod.models.column_observation import linear_column, with_outputs
 from tierod.models.linear import LinearSystem, sampled
 from tierod.models.steering_column import SteeringColumn

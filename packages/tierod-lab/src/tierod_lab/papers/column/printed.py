@@ -10,9 +10,9 @@ import numpy as np
 from tierod.core.block import Scalar, Tree
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.graph.maths import present, where
-from tierod.methods.analysis.fitness import require_fit
-from tierod.methods.estimators.linear_algebra import pack, plus, product, times
-from tierod.methods.estimators.riccati import stationary_gain
+from tierod.methods.analysis.observability import require_fit
+from tierod.methods.estimators.kernels import pack, plus, product, times
+from tierod.methods.estimators.observers import stationary_gain
 from tierod.methods.estimators.shapes import leaf_values
 from tierod.models.column_observation import MotorTorque, linear_column, observed_column, with_disturbance_states
 from tierod.models.linear import LinearSystem

@@ -8,18 +8,7 @@ from dataclasses import dataclass, replace
 from itertools import combinations, product
 from typing import Annotated, Any
 
-from tierod_lab.ground.faults import (
-    Delay,
-    Drift,
-    Fault,
-    Gain,
-    Noise,
-    Offset,
-    Outlier,
-    Stuck,
-    TorqueLoss,
-    TotalLoss,
-)
+from tierod_lab.ground.faults import Delay, Drift, Fault, Gain, Noise, Offset, Outlier, Stuck, TorqueLoss, TotalLoss
 from tierod_lab.ground.faults.fault import AtTime
 from tierod_lab.papers.condition.vehicles import LATER, LONG, SHORT, THIRD, Vehicle, changed, vehicle
 

@@ -12,12 +12,7 @@ import numpy as np
 from tierod.core.claims import Claim, at_least, exactly
 from tierod.core.content import Heading, Item, Table
 from tierod.core.recording import Channel, Recording
-from tierod.monitors.condition.definition import (
-    SLOW,
-    WITH_WHEELS,
-    WITHOUT_WHEELS,
-    rolling_monitor,
-)
+from tierod.monitors.condition.definition import SLOW, WITH_WHEELS, WITHOUT_WHEELS, rolling_monitor
 from tierod_lab.ground.faults import injected
 from tierod_lab.papers.condition import causes, tables
 from tierod_lab.papers.condition.by_rules import said as said_by_rules

@@ -12,7 +12,7 @@ import numpy as np
 from tierod.core.claims import Claim, at_least, at_most
 from tierod.core.content import Chart, Item, Lines, Panel, Table
 from tierod.fleet.trends import Design, Trends, trends
-from tierod.methods.trends.fleet_alarms import DAYS_PER_YEAR
+from tierod.methods.trends.change_evidence import DAYS_PER_YEAR
 from tierod_lab.campaign.figures import rate_bound
 from tierod_lab.fleet.ageing import SECONDS_PER_DAY, Ageing, Linear, Sudden
 from tierod_lab.fleet.estimates import ErrorLaw, estimates, series

@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import cache, partial
 from typing import Any
 
-from tierod.models.friction_estimation import FrictionParameters
+from tierod.models.steering_column import FrictionParameters
 from tierod.monitors.friction.definition import FrictionMonitor
 from tierod.monitors.friction.estimator import DEVIATIONS, PROCESS, PreslidingFrictionFilter, PreslidingTuning
 from tierod.monitors.friction.signals import AngleObserver, SteeringConditioning

@@ -7,20 +7,12 @@ from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 from tierod.core.block import Scalar
+from tierod.core.graph.maths import tanh
 from tierod.methods.estimators.shapes import Belief
-from tierod.models.friction_estimation import (
-    FrictionEstimation,
-    FrictionParameters,
-    SmoothFrictionParameters,
-    state_after,
-)
-from tierod.physics.friction import smooth_sign_slope
-from tierod.physics.steering_ratio import (
-    column_torque_of_motor,
-    torque_at_steering_wheel,
-    variable_ratio,
-    variable_ratio_slope,
-)
+from tierod.models.steering_column import FrictionParameters
+from tierod.physics.steering import column_torque_of_motor, torque_at_steering_wheel
+from tierod_lab.ground.laws import variable_ratio
+from tierod_lab.papers.friction.joint_model import FrictionEstimation, SmoothFrictionParameters, state_after
 from tierod_lab.papers.friction.presets import joint_filter
 from tierod_lab.papers.friction.refined import RefinedFrictionMonitor
 
@@ -123,3 +115,28 @@ def linearised(parameters: FrictionParameters, **terms: float) -> LinearisedFric
             model=LinearisedFrictionEstimation,
         )
     )
+
+
+def variable_ratio_slope(steering_wheel_angle: Scalar, centre_ratio: Scalar, growth: Scalar) -> Scalar:
+    """Derivative of `variable_ratio` with respect to the angle [1/rad], rho' of Mohtat et al., eq (19).
+
+    Args:
+        steering_wheel_angle: [rad]
+        centre_ratio: ratio at the centre [-]
+        growth: relative growth with the squared angle [1/rad**2]
+    """
+    return 2.0 * centre_ratio * growth * steering_wheel_angle
+
+
+def smooth_sign_slope(rate: Scalar, width: Scalar) -> Scalar:
+    """Derivative [s/rad] of the sign function smoothed by a hyperbolic tangent: twice a Dirac delta of finite width.
+
+    Source: d tanh(x / w) / dx; its integral over all rates is 2, as that of d sgn(x) / dx = 2 delta(x) in eq (19) of
+    Mohtat et al., printed without the factor.
+
+    Args:
+        rate: angular rate [rad/s]
+        width: rate at which 76 % of the sign is reached [rad/s]
+    """
+    level = tanh(rate / width)
+    return (1.0 - level * level) / width

@@ -8,13 +8,13 @@ from typing import Any, Literal
 from tierod.core.errors import ParameterError
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.filters import Butterworth
-from tierod.models.friction_estimation import (
+from tierod.models.steering_column import FrictionParameters
+from tierod_lab.methods.unscented import UnscentedFilter
+from tierod_lab.papers.friction.joint_model import (
     FrictionEstimation,
-    FrictionParameters,
     SmoothFrictionEstimation,
     SmoothFrictionParameters,
 )
-from tierod_lab.methods.unscented import UnscentedFilter
 from tierod_lab.papers.friction.refined import FrictionSample, OperatingPoint, RefinedFrictionMonitor, Sticking
 
 VirtualNoise = Literal["scaled by sample time", "per sample"]

@@ -13,9 +13,10 @@ from tierod.core.graph.maths import absolute, all_of, both, present, select, sig
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.shapes import Belief
 from tierod.methods.filters import EachSignal
-from tierod.models.friction_estimation import FrictionEstimation, FrictionParameters
+from tierod.models.steering_column import FrictionParameters
 from tierod.monitors.friction.signals import FrictionGate, SteeringSample
 from tierod.monitors.friction.verdict import VerdictSample
+from tierod_lab.papers.friction.joint_model import FrictionEstimation
 
 OperatingPoint = Literal["measurement", "estimate"]
 

@@ -15,14 +15,7 @@ from tierod_lab.papers.friction.paper_sets import SOURCE, WORST, PaperSets, pape
 from tierod_lab.papers.friction.refined_figures import THRESHOLD
 from tierod_lab.papers.friction.runs import Drives
 from tierod_lab.papers.friction.setups import TYRES
-from tierod_lab.papers.friction.statistics import (
-    best_accuracy,
-    deviation,
-    mean,
-    on_right_side,
-    overlap,
-    pooled,
-)
+from tierod_lab.papers.friction.statistics import best_accuracy, deviation, mean, on_right_side, overlap, pooled
 from tierod_lab.studies.effort import Effort
 
 

@@ -14,14 +14,7 @@ from tierod_lab.papers.friction.digest import KEPT, RATE, READY_SECONDS, Digest
 from tierod_lab.papers.friction.paper_sets import WORST, PaperSets, paper_sets, quantities
 from tierod_lab.papers.friction.runs import Drives
 from tierod_lab.papers.friction.setups import TYRES
-from tierod_lab.papers.friction.statistics import (
-    deviation,
-    edges,
-    mean,
-    plus_minus,
-    pooled,
-    shares,
-)
+from tierod_lab.papers.friction.statistics import deviation, edges, mean, plus_minus, pooled, shares
 from tierod_lab.studies.effort import Effort
 
 THRESHOLD = 7.5

@@ -13,13 +13,11 @@ import numpy as np
 from tierod.core.block import Scalar, values_of
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.graph import Result
-from tierod.core.graph.maths import absolute, all_of, both, maximum, present, select, where
+from tierod.core.graph.maths import absolute, all_of, both, maximum, present, select, sign, where
 from tierod.methods.detectors.control_charts import HeldThreshold
-from tierod.models.friction_estimation import column_after, driving_torque, rate_hold
 from tierod.monitors.friction.signals import SteeringSample
-from tierod.physics.aligning import aligning_torque_from_steer
-from tierod.physics.friction import coulomb
-from tierod.physics.lag import share_reached
+from tierod.physics.friction import share_reached
+from tierod_lab.papers.friction.joint_model import column_after, driving_torque, rate_hold
 
 
 class Moments(NamedTuple):
@@ -191,7 +189,7 @@ class VarianceFrictionMonitor:
     The decision statistic is the variance over the threshold; a value above one is a fault.
 
     Source: Mohtat et al., eqs (1) and (2), section 4.1, after Lin and Ghoneim, 2016. In eq (1) the sign is plus and
-    the last numerator C_r, see `tierod.physics.aligning`.
+    the last numerator C_r, see `tierod.physics.steering`.
     """
 
     parameters: VarianceParameters
@@ -326,3 +324,59 @@ def calibrated(monitor: VarianceFrictionMonitor, healthy: Sequence[Result], quan
             "give longer drives, or gate=None"
         )
     return dataclasses.replace(monitor, threshold=float(np.quantile(np.concatenate(seen), quantile)))
+
+
+def aligning_torque_from_steer(
+    steering_wheel_angle: Scalar,
+    lateral_acceleration: Scalar,
+    yaw_rate: Scalar,
+    speed: Scalar,
+    *,
+    mass: Scalar,
+    wheelbase: Scalar,
+    front_stiffness: Scalar,
+    rear_stiffness: Scalar,
+    trail: Scalar,
+    steering_ratio: Scalar,
+) -> Scalar:
+    """Self-aligning torque [N*m] of the linear single track from angle, lateral acceleration and yaw rate.
+
+    Validity: linear tyres.
+    Source: Mohtat et al., eq (1), corrected: the last numerator is Cr (printed Cf), and the sign is plus (printed
+    minus), since eqs (2) to (4) take the torque as resisting: Mz = lp Cf/(Cf+Cr) (m ay + Cr rho theta - Cr L r/v).
+
+    Args:
+        steering_wheel_angle: [rad]
+        lateral_acceleration: at the centre of gravity, without the component of gravity [m/s**2]
+        yaw_rate: [rad/s]
+        speed: forward speed [m/s], above 3
+        mass: of the vehicle [kg]
+        wheelbase: [m]; the paper calls it vehicle length
+        front_stiffness: cornering stiffness of the front axle [N/rad]
+        rear_stiffness: cornering stiffness of the rear axle [N/rad]
+        trail: pneumatic and mechanical trail together, lp [m]
+        steering_ratio: road-wheel angle per steering-wheel angle, rho, about 1/15 [-]
+    """
+    lateral_force = (
+        front_stiffness
+        / (front_stiffness + rear_stiffness)
+        * (
+            mass * lateral_acceleration
+            + rear_stiffness * steering_ratio * steering_wheel_angle
+            - rear_stiffness * wheelbase * yaw_rate / speed
+        )
+    )
+    return trail * lateral_force
+
+
+def coulomb(rate: Scalar, level: Scalar) -> Scalar:
+    """Dry friction torque [N*m] that depends on the direction of motion only.
+
+    Validity: motion beyond the pre-sliding range; zero at standstill, where the true torque is undetermined.
+    Source: Mohtat et al., eq (2), term Tf sgn(theta').
+
+    Args:
+        rate: angular rate [rad/s]
+        level: friction torque while moving [N*m], not negative
+    """
+    return level * sign(rate)

@@ -13,13 +13,14 @@ from typing import Any
 import numpy as np
 
 from tierod.core.graph import Result
-from tierod.models.friction_estimation import FrictionParameters, driving_torque
+from tierod.models.steering_column import FrictionParameters
 from tierod.monitors.baseline import Baseline
 from tierod.monitors.friction.definition import PAPER, Acting, FrictionMonitor, FrictionSession, Opener, learnt
 from tierod.monitors.friction.verdict import DECISIONS, FrictionVerdict
 from tierod.monitors.session import Session, Variant
 from tierod.physics.friction import viscous
 from tierod.vehicles import Vehicle
+from tierod_lab.papers.friction.joint_model import driving_torque
 from tierod_lab.papers.friction.presets import consistent, printed, printed_open, unscented
 from tierod_lab.papers.friction.refined import RefinedFrictionMonitor
 from tierod_lab.papers.friction.variance_method import VarianceFrictionMonitor, VarianceGate, VarianceParameters

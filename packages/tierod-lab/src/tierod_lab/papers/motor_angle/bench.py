@@ -13,7 +13,7 @@ from tierod.core.graph import Result, scan
 from tierod.core.graph.trace import trace
 from tierod.models.stator_frame_motor import MotorParameters, SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver, MotorAngleSample
-from tierod.physics.pm_motor import REFERENCE_TEMPERATURE
+from tierod.physics.motor import REFERENCE_TEMPERATURE
 from tierod.vehicles import load
 from tierod_lab.ground.cars.benches import MotorBench
 from tierod_lab.ground.motor import AFS_MOTOR, Inverter, Warming

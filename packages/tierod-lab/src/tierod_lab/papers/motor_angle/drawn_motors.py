@@ -9,7 +9,7 @@ import numpy as np
 from tierod.core.recording import Channel, Recording
 from tierod.methods.identification.motor import MotorIdentification
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.physics.pm_motor import flux_at
+from tierod.physics.motor import flux_at
 from tierod_lab.ground.cars.benches import MotorBench
 from tierod_lab.ground.motor import Machine
 from tierod_lab.papers.motor_angle.bench import ObserverDrive, bench, bench_time, course, observed_drive

@@ -10,9 +10,8 @@ from tierod.core.fields import POSITIVE, check_ranges
 from tierod.core.graph.maths import all_of, arctan2, both, either, hypot, limit, present, select, sqrt, where
 from tierod.models.stator_frame_motor import SampledMotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
-from tierod.physics.clarke_park import Direction, StatorVector, direction, park, turned
-from tierod.physics.lag import share_reached
-from tierod.physics.pm_motor import stator_flux_rate
+from tierod.physics.friction import share_reached
+from tierod.physics.motor import Direction, StatorVector, direction, park, stator_flux_rate, turned
 from tierod_lab.papers.motor_angle.observers import fresh, output_class, residual
 
 WIDEST = 0.3  # Largest electrical angle per sample by which a vector is rotated while samples are missing [rad]

@@ -18,13 +18,18 @@ from tierod.methods.estimators.shapes import Belief
 from tierod.models.linear import LinearSystem, Matrices, as_model, discretise, sampled
 from tierod.models.stator_frame_motor import MotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver, MotorAngleTuning
-from tierod.physics.clarke_park import RotorVector, StatorVector, direction, electrical_angle, park, wrapped
-from tierod.physics.pm_motor import (
+from tierod.physics.motor import (
+    RotorVector,
+    StatorVector,
     back_emf_constant,
     current_rate,
+    direction,
+    electrical_angle,
     electromagnetic_torque,
+    park,
     rotor_acceleration,
     torque_constant,
+    wrapped,
 )
 from tierod_lab.methods.pole_placement import place
 

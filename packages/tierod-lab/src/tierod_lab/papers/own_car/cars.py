@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tierod.core.fields import numbers, replaced
-from tierod.physics.single_track import understeer_gradient
+from tierod.physics.motion import understeer_gradient
 from tierod.vehicles import classes
 from tierod.vehicles.vehicle import Vehicle
 from tierod_lab.ground.cars import catalogue

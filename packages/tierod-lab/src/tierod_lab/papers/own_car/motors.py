@@ -12,7 +12,7 @@ from tierod.core.content import Heading, Item
 from tierod.core.findings import Status
 from tierod.methods.identification.motor import identify_motor
 from tierod.models.stator_frame_motor import MotorParameters
-from tierod.physics.pm_motor import flux_at
+from tierod.physics.motor import flux_at
 from tierod.vehicles import load
 from tierod.vehicles.classes import USUAL, rules
 from tierod.vehicles.vehicle import Vehicle

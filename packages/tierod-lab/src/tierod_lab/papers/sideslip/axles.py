@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 from tierod.core.block import Scalar
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import exp, select
-from tierod.physics.single_track import front_slip_speed, rear_slip_speed
+from tierod.physics.motion import front_slip_speed, rear_slip_speed
 from tierod.vehicles.classes import held_deviation
 from tierod.vehicles.vehicle import Vehicle
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from tierod.core.graph import Result, scan
 from tierod.core.recording import Recording
-from tierod.models.lateral_parameters import LateralParameters
+from tierod.models.lateral_motion import LateralParameters
 from tierod.monitors.sideslip.estimator import CombinedSample, CombinedSideslip
 from tierod.vehicles import load
 from tierod_lab.ground import Sensor, SensorSet, run

@@ -15,8 +15,8 @@ from tierod.core.graph import Result, scan
 from tierod.methods.estimators.observers import Luenberger
 from tierod.models.linear import discretise
 from tierod.models.single_track import SingleTrack as SingleTrackModel
-from tierod.models.steer_by_wire import Actuator
-from tierod.physics.single_track import front_slip_speed, rear_slip_speed
+from tierod.models.steering_column import Actuator
+from tierod.physics.motion import front_slip_speed, rear_slip_speed
 from tierod.vehicles import load
 from tierod_lab.ground import Sensor, SensorSet, SingleTrack, run
 from tierod_lab.ground.cars import catalogue

@@ -7,7 +7,7 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
 from tierod.models.single_track import SingleTrack
-from tierod.models.steer_by_wire import SteerByWire, steering_acceleration
+from tierod_lab.ground.steering.road_wheels import SteerByWire, steering_acceleration
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from tierod.core.graph.maths import present, where
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.observers import Luenberger
 from tierod.models.linear import linearise
-from tierod.models.steer_by_wire import DisturbedSteering
+from tierod_lab.ground.steering.road_wheels import DisturbedSteering
 from tierod_lab.methods.pole_placement import discrete_poles, observer_gain
 from tierod_lab.papers.sideslip.axles import Axles
 from tierod_lab.papers.sideslip.observers import (

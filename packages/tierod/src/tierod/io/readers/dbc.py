@@ -17,15 +17,7 @@ from tierod.core.errors import InputError, MissingExtra
 from tierod.core.recording import Channel
 from tierod.core.user_files import MOST_DATA_BYTES, read_bytes
 from tierod.io.formats import muted
-from tierod.io.readers.frames import (
-    EXTENDED,
-    Frames,
-    Heard,
-    InOrder,
-    Log,
-    identifier_text,
-    messages,
-)
+from tierod.io.readers.frames import EXTENDED, Frames, Heard, InOrder, Log, identifier_text, messages
 from tierod.io.readers.payloads import LONGEST, Payloads, span
 from tierod.io.readers.source import Column, Lane, Piece, Source
 

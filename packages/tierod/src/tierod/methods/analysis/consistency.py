@@ -1,4 +1,4 @@
-"""Consistency of a filter's innovations with their covariance: NIS and whiteness, for a whole run or in chunks."""
+"""Noise on a signal, and consistency of a filter: NIS, whiteness, and their bands."""
 
 from __future__ import annotations
 
@@ -13,20 +13,56 @@ import numpy as np
 from tierod.core.errors import InputError
 from tierod.core.graph import Result
 
+# Smallest number of third differences for the standard deviation of a noise, which they give within a tenth
+LEAST = 100
+
+
+def differences(values: np.ndarray, order: int = 3, taken: int = 0) -> np.ndarray:
+    """Differences of readings, each with the variance of their white noise; third ones vanish for a parabola."""
+    # The squares of the binomial coefficients sum to 6 for the second differences, and to 20 for the third.
+    return np.asarray(np.diff(values, order - taken) / math.sqrt(math.comb(2 * order, order)))
+
+
+def fresh(values: np.ndarray) -> np.ndarray:
+    """Indices of the samples that hold a new reading; held samples count once.
+
+    Args: values: samples (n,) without NaN.
+    """
+    return np.flatnonzero(np.diff(values, prepend=np.nan) != 0.0)
+
+
+def white_noise(values: np.ndarray) -> float:
+    """Standard deviation of the white noise on a signal.
+
+    Args: values: sampled far above the frequencies of the motion; differences with missing values are left out, or the
+    gaps closed where that leaves too few.
+    """
+    third = differences(values)
+    third = third[np.isfinite(third)]
+    if len(third) < LEAST:
+        third = differences(values[np.isfinite(values)])
+    return max(math.sqrt(float(np.mean(third**2))) if len(third) else 0.0, 1e-7)
+
+
+DEVIATION_OF_MEDIAN = 1.4826  # Standard deviation of a normal quantity over the median of its magnitude [-]
+# Relative standard error of a variance by `usual_deviation`, times the square root of the number of errors [-]. For
+# normal errors the median absolute deviation has 1.17, and its square twice that.
+VARIANCE_ERROR = 2.33
+
+
+def usual_deviation(errors: np.ndarray) -> float:
+    """Standard deviation of normal errors that have the same median absolute value as the given ones."""
+    return float(np.median(np.abs(errors))) * DEVIATION_OF_MEDIAN
+
+
 STEPS = 60  # Largest number of steps of Newton's method and bisection; six are usual
-
 TERMS = 10_000  # Largest number of terms of a series, which grows with the square root of the shape
-
+# Shape up to which the series are summed; above, the error of Wilson and Hilferty's cube root is below rounding
 MOST_SHAPE = 1e6
-"""Shape up to which the series are summed; above, the error of Wilson and Hilferty's cube root is below rounding."""
 
 
 def lower_gamma(shape: float, x: float) -> float:
     """Regularised lower incomplete gamma function P(shape, x): distribution function of a gamma variable.
-
-    Args:
-        shape: > 0, up to `MOST_SHAPE`
-        x: >= 0
 
     Source: Press et al., Numerical Recipes, 3rd ed., section 6.2: the series below shape + 1, the continued fraction of
     Lentz above.
@@ -65,10 +101,6 @@ def _fraction(shape: float, x: float) -> float:
 
 def gamma_quantile(shape: float, probability: float) -> float:
     """Quantile of the gamma distribution: the x with P(shape, x) = probability.
-
-    Args:
-        shape: > 0
-        probability: between 0 and 1, both excluded
 
     Source: Newton's method inside a bracket, started at the cube root of Wilson and Hilferty (1931).
     """
@@ -166,12 +198,8 @@ class ConsistencyAccumulator:
     ) -> None:
         """Add a chunk of a filter's estimate.
 
-        Args:
-            nis, present: fields of the estimate over time, (n,)
-            innovation, variance: its `innovation` and `innovation_variance`, (n, outputs); NaN where missing
-
-        Raises:
-            InputError: arrays of different length
+        Args: nis, present: fields of the estimate over time, (n,); innovation, variance: its `innovation` and
+        `innovation_variance`, (n, outputs); NaN where missing.
         """
         nis, present = np.asarray(nis, float), np.asarray(present, float)
         if nis.shape != present.shape or nis.ndim != 1:
@@ -248,11 +276,7 @@ def _whiteness_limit(pairs: np.ndarray) -> float:
 
 
 def consistency(result: Result) -> Consistency:
-    """Consistency of a whole run of a filter.
-
-    Args:
-        result: of `tierod.core.graph.scan` for a Kalman filter
-    """
+    """Consistency of a whole run of a filter."""
     accumulator = ConsistencyAccumulator()
     names = [name for name in result.names if name.startswith("innovation.")]
     spreads = [name.replace("innovation.", "innovation_variance.", 1) for name in names]

@@ -35,9 +35,6 @@ class StructuralModel:
 
     A fault occurs in one equation only. A fault that acts on several is modelled as an unknown, with an equation that
     sets it to zero and contains the fault.
-
-    Raises:
-        ParameterError: two equations of one name, or a fault in two equations
     """
 
     equations: tuple[Equation, ...]
@@ -66,11 +63,7 @@ class StructuralModel:
         return {each.fault: each.name for each in self.equations if each.fault}
 
     def without(self, *names: str) -> StructuralModel:
-        """The model without some of its equations, for example of a sensor that the car does not have.
-
-        Raises:
-            ParameterError: there is no such equation
-        """
+        """The model without some of its equations, for example of a sensor that the car does not have."""
         for name in names:
             if name not in self.by_name:
                 raise ParameterError(f"the model has no equation '{name}'{nearest(name, self.by_name)}")
@@ -94,15 +87,8 @@ def structure_of(
     Every state x has an equation "motion of x" for its change, and an equation "d x" that relates the change to x (as
     its derivative, or its next value). Every output is an equation of a sensor, with the name of the output.
 
-    Args:
-        parameters: of the model; terms that are structurally zero with them are left out
-        faults: name of the fault of an equation, by the equation's name: "motion of <state>", output, "known <input>"
-        known_inputs: known inputs, each with an equation "known <input>"; the others are unknown
-        without: states that are zero (such as model errors), and outputs that are not measured
-        free: states that may vary arbitrarily: their equation of motion is left out
-
-    Raises:
-        ParameterError: a name that the model does not have
+    Args: parameters: of the model; terms that are structurally zero with them are left out; known_inputs: known inputs,
+    each with an equation "known <input>"; the others are unknown.
     """
     shapes = {part: skeleton(getattr(model, part)) for part in ("State", "Input", "Output")}
     states, inputs, outputs = ([path for path, _ in leaves(tree)] for tree in shapes.values())
@@ -202,10 +188,10 @@ def isolability(model: StructuralModel, at_once: int = 1) -> Isolability:
     Fault A is isolable from B if its equation is still in the overdetermined part after that of B is removed. Only
     minimal explanations count: A and B together explain whatever A causes, but are no explanation of A.
 
-    Args:
-        at_once: largest number of simultaneous faults; with 2, rows and columns are single faults and pairs ("A + B")
-
     Source: Krysander, Frisk, Sensor placement for fault diagnosis, IEEE Trans. SMC A 38 (2008), section III.
+
+    Args: at_once: largest number of simultaneous faults; with 2, rows and columns are single faults and pairs ("A +
+    B").
     """
     sets = [each for size in range(1, at_once + 1) for each in combinations(model.faults, size)]
     left = {each: _faults_of(overdetermined(_without(model, each))) for each in sets}
@@ -236,12 +222,7 @@ class SensorGain:
 
 
 def gain_of_sensors(model: StructuralModel, sensors: Sequence[Equation], at_once: int = 1) -> tuple[SensorGain, ...]:
-    """Improvement by each of several sensors alone, the largest first.
-
-    Args:
-        sensors: an equation for each, with its own fault
-        at_once: largest number of simultaneous faults, see `isolability`
-    """
+    """Improvement by each of several sensors alone, the largest first."""
     now = isolability(model, at_once)
     gains = []
     for sensor in sensors:

@@ -48,11 +48,7 @@ SIDES = ("both", "upper", "lower")
 
 
 def check_sides(sides: str) -> None:
-    """Check that a name is one of `SIDES`.
-
-    Raises:
-        ParameterError: any other name
-    """
+    """Check that a name is one of `SIDES`."""
     if sides not in SIDES:
         raise ParameterError(f"sides is '{sides}'; expected {', '.join(SIDES)}")
 
@@ -68,16 +64,6 @@ class Cusum:
 
     up <- max(0, up + value - drift), down <- max(0, down - value - drift); alarm while one is at `threshold` or above.
 
-    Args:
-        drift: subtracted per sample [unit of the residual]: half of the smallest change worth an alarm. A larger one
-            tolerates slow drifts and model errors; a smaller one detects smaller changes and gives more false alarms
-        threshold: sum at which the alarm is raised [same unit]. The detection delay grows in proportion, about
-            threshold / (change - drift) samples; the time between false alarms grows exponentially
-        ceiling: upper limit of the sums [same unit], at least the threshold: after a long fault it takes at most
-            ceiling / drift fault-free samples until the alarm ends
-        sides: "both", "upper" (increases only) or "lower"
-        restart: whether an alarm resets the sums, so that every alarm lasts one sample
-
     For white Gaussian residuals of standard deviation sigma, one side, with k = drift / sigma and
     b = threshold / sigma + 1.166, the expected number of samples between false alarms is about
     (exp(2 k b) - 2 k b - 1) / (2 k^2): 938 for k = 0.5, threshold 5 sigma; half of it for both sides. Autocorrelated
@@ -88,17 +74,21 @@ class Cusum:
     Source: E. S. Page, 1954, doi 10.1093/biomet/41.1-2.100; run length, D. Siegmund, Sequential Analysis, 1985, (2.57).
     """
 
+    # subtracted per sample [unit of the residual]: half of the smallest change worth an alarm. A larger one
+    # tolerates slow drifts and model errors; a smaller one detects smaller changes and gives more false alarms
     drift: Annotated[float, "unit of the signal"]
+    # sum at which the alarm is raised [same unit]. The detection delay grows in proportion, about threshold /
+    # (change - drift) samples; the time between false alarms grows exponentially
     threshold: Annotated[float, "unit of the signal"]
+    # upper limit of the sums [same unit], at least the threshold: after a long fault it takes at most ceiling /
+    # drift fault-free samples until the alarm ends
     ceiling: Annotated[float, "unit of the signal"]
-    sides: str = "both"
-    restart: bool = False
+    sides: str = "both"  # "both", "upper" (increases only) or "lower"
+    restart: bool = False  # whether an alarm resets the sums, so that every alarm lasts one sample
 
     Sample = Value
 
     class State(NamedTuple):
-        """Sums for increases and for decreases."""
-
         up: float
         down: float
 
@@ -122,7 +112,6 @@ class Cusum:
         return self.State(0.0, 0.0)
 
     def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
-        """State and output after one value; `enabled` (logic) is whether the value counts."""
         value = number(sample)
         use = counts(value, enabled)
         up, down = state
@@ -141,86 +130,21 @@ class Cusum:
 
 
 @dataclass(frozen=True)
-class GeometricAverage:
-    """Geometric moving average (EWMA): alarm when the exponentially weighted mean of a residual has left a band.
-
-    average <- average + weight (value - average); alarm while it is at `threshold` or beyond.
-
-    Args:
-        weight: of the newest value, 0 to 1; a small one detects small shifts, a large one detects large shifts sooner
-        threshold: average at which the alarm is raised [unit of the residual]
-        sides: "both", "upper" (increases only) or "lower"
-        restart: whether an alarm resets the average to zero, so that every alarm lasts one sample
-
-    For white residuals of standard deviation sigma, the average has the standard deviation
-    sigma sqrt(weight / (2 - weight)). `tierod.methods.detectors.stopping_rules` gives the threshold for a wanted time
-    between false alarms.
-
-    A missing value, or one that is not enabled, leaves the average unchanged.
-
-    Source: S. W. Roberts, 1959, doi 10.1080/00401706.1959.10489860.
-    """
-
-    weight: Annotated[float, ""]
-    threshold: Annotated[float, "unit of the signal"]
-    sides: str = "both"
-    restart: bool = False
-
-    Sample = Value
-
-    class State(NamedTuple):
-        """The geometric moving average."""
-
-        average: float
-
-    class Output(NamedTuple):
-        """The average, and whether it is at the threshold or beyond (1.0) or not (0.0)."""
-
-        average: Annotated[float, ""]
-        alarm: Annotated[float, ""]
-
-    def __post_init__(self) -> None:
-        check_sides(self.sides)
-        if not 0.0 < self.weight <= 1.0:
-            raise ParameterError(f"weight is {self.weight}; expected more than 0 and at most 1")
-        if not self.threshold > 0.0:
-            raise ParameterError(f"threshold is {self.threshold}; expected a number greater than zero")
-
-    def init(self) -> State:
-        return self.State(0.0)
-
-    def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
-        """State and output after one value; `enabled` (logic) is whether the value counts."""
-        value = number(sample)
-        average = state.average + self.weight * where(counts(value, enabled), value - state.average, 0.0)
-        alarm = where(watched(average, self.sides) >= self.threshold, 1.0, 0.0)
-        after = where(alarm, 0.0, average) if self.restart else average
-        return self.State(after), self.Output(average, alarm)
-
-
-@dataclass(frozen=True)
 class HeldThreshold:
     """Alarm when a residual has been at a threshold or beyond in `hold` consecutive samples.
-
-    Args:
-        threshold: [unit of the residual]
-        sides: "both", "upper" or "lower"
-        restart: whether an alarm resets the count, so that every alarm lasts one sample
 
     With a probability p per independent sample, false alarms are (1 / p^hold - 1) / (1 - p) samples apart. A missing
     value, or one that is not enabled, neither counts nor interrupts the run.
     """
 
-    threshold: Annotated[float, "unit of the signal"]
+    threshold: Annotated[float, "unit of the signal"]  # [unit of the residual]
     hold: int = 1
-    sides: str = "both"
-    restart: bool = False
+    sides: str = "both"  # "both", "upper" or "lower"
+    restart: bool = False  # whether an alarm resets the count, so that every alarm lasts one sample
 
     Sample = Value
 
     class State(NamedTuple):
-        """Number of consecutive samples at the threshold or beyond."""
-
         held: float
 
     class Output(NamedTuple):
@@ -240,7 +164,6 @@ class HeldThreshold:
         return self.State(0.0)
 
     def step(self, state: State, sample: Value | Scalar, enabled: Truth = True) -> tuple[State, Output]:
-        """State and output after one value; `enabled` (logic) is whether the value counts."""
         value = number(sample)
         use = counts(value, enabled)
         more = minimum(state.held + 1.0, float(self.hold))
@@ -253,21 +176,17 @@ class HeldThreshold:
 class Debounce:
     """Debounced condition: on once the condition has held for a time, off once it has been false for a time.
 
-    Args:
-        on_time: time for which the condition must hold without interruption [s]; every further sample multiplies the
-            time between false alarms by 1 / (probability of one), if samples are independent
-        off_time: time for which it must be false without interruption until the output is off [s]
-        sample_time: sampling interval [s]
-
     With a false condition of probability p per independent sample, and n = on_time / sample_time samples, false alarms
     are (1 / p^n - 1) / (1 - p) samples apart.
 
     An unknown condition, or a sample that is not enabled, neither confirms nor interrupts a run.
     """
 
+    # time for which the condition must hold without interruption [s]; every further sample multiplies the time
+    # between false alarms by 1 / (probability of one), if samples are independent
     on_time: Annotated[float, "s"]
-    off_time: Annotated[float, "s"]
-    sample_time: Annotated[float, "s"]
+    off_time: Annotated[float, "s"]  # time for which it must be false without interruption until the output is off [s]
+    sample_time: Annotated[float, "s"]  # sampling interval [s]
 
     Sample = Condition
 
@@ -291,7 +210,6 @@ class Debounce:
         return self.State(0.0, 0.0)
 
     def step(self, state: State, sample: Condition | Scalar, enabled: Truth = True) -> tuple[State, Output]:
-        """State and output after one sample of the condition; `enabled` (logic) is whether the sample counts."""
         condition = number(sample)
         use = counts(condition, enabled)
         holds = where(condition > 0.5, 1.0, 0.0)

@@ -12,10 +12,10 @@ from tierod.core.series import LastRead, runs
 
 _FRESH = 0.25  # Longest time for which a reading holds [s]; chassis buses send every 10 to 100 ms
 _SHOWN = 3  # Largest number of reversals that a sentence names
+# Cause where a recording has no turn forward to compare with
 MIRRORED = "every turn mirrors the steering angle: the car reversed all the time, or the yaw rate has the wrong sign"
-"""Cause where a recording has no turn forward to compare with."""
+# Its remedy
 TURN_FORWARD = "record turns forward as well; if the car drove forward, set the sign of the yaw rate in the channel map"
-"""Its remedy."""
 
 
 @dataclass(frozen=True)
@@ -103,12 +103,9 @@ class Reversing:
 
         Signed speeds show reversing directly; `found` holds only what unsigned speeds hide.
 
-        Args:
-            time: time stamps [s], (n,)
-            yaw_rate: yaw rate [rad/s], (n,); NaN if missing, as in the others
-            steering_wheel_angle: angle [rad], (n,)
-            speed: speed of the car, or mean of its wheel speeds [m/s], (n,)
-            wheel_difference: right less left rear wheel speed [m/s], (n,); None without wheel speeds
+        Args: time: time stamps [s], (n,); yaw_rate: yaw rate [rad/s], (n,); NaN if missing, as in the others;
+        steering_wheel_angle: angle [rad], (n,); speed: speed of the car, or mean of its wheel speeds [m/s], (n,);
+        wheel_difference: right less left rear wheel speed [m/s], (n,); None without wheel speeds.
         """
         difference = np.full(len(time), np.nan) if wheel_difference is None else wheel_difference
         columns = np.column_stack((yaw_rate, steering_wheel_angle, speed, difference))
@@ -168,8 +165,8 @@ class Reversing:
 
 
 STEERING_RATIO, WHEELBASE = 1.0 / 15.5, 2.7  # Parameters of a usual car [-], [m], for recordings whose car is not known
+# Limits for such recordings: ratio and wheelbase may be those of a kart or of a lorry
 _ANY_CAR = ReversingLimits(ratio=10.0)
-"""Limits for such recordings: ratio and wheelbase may be those of a kart or of a lorry."""
 
 
 def reversing_of_any_car(
@@ -177,10 +174,8 @@ def reversing_of_any_car(
 ) -> tuple[np.ndarray, Reversing]:
     """Whether an unknown car reverses at each sample, (n,), and how that was found.
 
-    Args:
-        time: time stamps [s], (n,)
-        columns: signals by canonical name, (n,) each; NaN or absent if missing
-        rate: sampling rate [Hz]
+    Args: time: time stamps [s], (n,); columns: signals by canonical name, (n,) each; NaN or absent if missing; rate:
+    sampling rate [Hz].
     """
     missing = np.full(len(time), np.nan)
     left, right = (columns.get(f"wheel_speed_rear_{side}", missing) for side in ("left", "right"))

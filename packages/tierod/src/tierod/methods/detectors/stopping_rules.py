@@ -1,28 +1,75 @@
 """Stopping rules and their thresholds for a mean time between false alarms.
 
 Run lengths are in samples, residuals in their standard deviation; `block` turns a rule into a block. Run lengths hold
-for white Gaussian residuals; `tierod.methods.detectors.measured` finds thresholds for all others."""
+for white Gaussian residuals; `rule_design.threshold_from_records` finds thresholds for all others.
+"""
 
 from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import lru_cache
 from statistics import NormalDist
 
 import numpy as np
 
 from tierod.core.errors import ParameterError
-from tierod.methods.detectors.control_charts import Cusum, Detector, GeometricAverage, HeldThreshold, check_sides
-from tierod.methods.detectors.likelihood_tests import WINDOWS, LikelihoodRatio, SequentialTest, TwoSided
-from tierod.methods.detectors.random_walk import LONGEST, Walk
-from tierod.methods.detectors.random_walk import run_length as walked
+from tierod.methods.detectors.control_charts import Cusum, Detector, HeldThreshold, check_sides
 
-WAYS = {"both": (1.0, -1.0), "upper": (1.0,), "lower": (-1.0,)}
-"""Signs of the changes that a detector looks for, by its sides."""
-
+WAYS = {"both": (1.0, -1.0), "upper": (1.0,), "lower": (-1.0,)}  # Signs of the changes looked for, by sides
+LONGEST = 1e11  # Run length up to which eight digits are correct [samples]
+WIDEST = 20_000.0  # Largest threshold for which the equations are solved [standard deviations of a step]
+PANEL, POINTS = 5.0, 16  # Width of a panel of the quadrature [steps] and its number of nodes: more change no digit
+REACH = 9.5  # Longest step of the chain [standard deviations]; longer ones have a probability of less than 1e-20
 _LEAST = 1e-6  # Threshold that is practically none, at which alarms are most frequent
+
+
+@lru_cache(maxsize=4096)
+def cusum_length(mean: float, threshold: float) -> float:
+    """Expected number of steps of mean `mean` and deviation 1 until a sum, reset at zero, reaches the threshold.
+
+    The sum is a Markov chain on the nodes of a composite Gauss quadrature. One step leads only to nearby nodes, so that
+    the equations are banded. The probability of ending is summed directly, never as one minus the probability of
+    continuing, so that no digits are lost however rare the end is. Infinite far beyond `LONGEST`.
+
+    Source: E. S. Page, 1954; D. Brook, D. A. Evans, 1972, doi 10.1093/biomet/59.3.539; quadrature after L. C. Vance,
+    1986.
+    """
+    from scipy.special import ndtr
+
+    if threshold > WIDEST:
+        raise ParameterError(
+            f"the threshold is {threshold:.3g} standard deviations of a step; expected {WIDEST:g} at most: look for a "
+            "larger shift, or allow more false alarms"
+        )
+    panels = max(math.ceil(threshold / PANEL), 1)
+    edge = threshold / panels
+    nodes, weights = np.polynomial.legendre.leggauss(POINTS)
+    at = (edge * (np.arange(panels)[:, None] + 0.5 * (nodes + 1.0))).ravel()
+    weights = np.tile(0.5 * edge * weights, panels) / math.sqrt(2.0 * math.pi)
+    solve = _solver(at, at + mean, weights, min(POINTS * (math.ceil((REACH + abs(mean)) / edge) + 1), len(at) - 1))
+    # Of a cycle from zero back to zero: its length, and the probabilities of its end above and below.
+    tries = solve(np.column_stack([np.ones(len(at)), ndtr(at + mean - threshold), ndtr(-(at + mean))]))
+    length, ended, back = (np.exp(-0.5 * (at - mean) ** 2) * weights) @ tries
+    length, ended, back = 1.0 + length, ndtr(mean - threshold) + ended, ndtr(-mean) + back
+    found = float(length + back * length / ended) if ended > 0.0 else math.inf
+    return found if 0.0 < found < 100.0 * LONGEST else math.inf
+
+
+def _solver(at: np.ndarray, centre: np.ndarray, weights: np.ndarray, half: int) -> Callable[[np.ndarray], np.ndarray]:
+    """Solver of (1 - chain) x = b by a banded LU factorisation."""
+    from scipy.linalg.lapack import dgbtrf, dgbtrs
+
+    count = len(at)
+    rows = np.arange(-half, half + 1)[:, None] + np.arange(count)
+    band = np.zeros((3 * half + 1, count))
+    chances = np.exp(-0.5 * (at - centre[np.clip(rows, 0, count - 1)]) ** 2) * weights
+    band[half:] = np.where((rows >= 0) & (rows < count), -chances, 0.0)
+    band[2 * half] += 1.0
+    factors, pivots, _ = dgbtrf(band, half, half, overwrite_ab=True)
+    return lambda given: np.asarray(dgbtrs(factors, half, half, given, pivots)[0])
 
 
 @dataclass(frozen=True)
@@ -46,10 +93,6 @@ class StoppingRule(ABC):
     def block(self, threshold: float, deviation: float, restart: bool = False) -> Detector:
         """The block for residuals of a standard deviation; with `restart` every alarm lasts one sample."""
 
-    def scale(self, deviation: float) -> float:
-        """Factor from this threshold to that of residuals of a standard deviation [their unit]; 1 for evidence."""
-        return deviation
-
     def growth(self, threshold: float) -> float:
         """Function of the threshold in which the logarithm of a long run length is linear, for extrapolation."""
         return threshold
@@ -59,22 +102,10 @@ class StoppingRule(ABC):
         """Run length up to which `run_length` is accurate [samples]; beyond, the threshold is extrapolated."""
         return LONGEST
 
-    @property
-    def unit(self) -> float:
-        """A small threshold, at which alarms are frequent."""
-        return 1.0
-
-    def alarms(self, flags: np.ndarray) -> int:
-        """Number of alarms in the flags of a block with `restart`, (n,)."""
-        return int(flags.sum())
-
     def threshold_for(self, samples: float) -> float:
         """The threshold for a mean number of samples between false alarms.
 
         Beyond `longest` the logarithm of the run length is extrapolated linearly over `growth`.
-
-        Raises:
-            ParameterError: so few samples that no threshold is needed, or not a finite number
         """
         from scipy.optimize import brentq
 
@@ -95,7 +126,7 @@ class StoppingRule(ABC):
         return found if samples <= self.longest else self._beyond(found, samples)
 
     def _bracket(self, off: Callable[[float], float]) -> tuple[float, float]:
-        low, high = _LEAST, self.unit
+        low, high = _LEAST, 1.0
         below, above = off(low), off(high)
         while above < 0.0:
             slope = (above - below) / (self.growth(high) - self.growth(low))
@@ -130,9 +161,9 @@ class CusumRule(StoppingRule):
         return f"CUSUM, drift {self.drift:.3g}"
 
     def run_length(self, threshold: float, change: float = 0.0) -> float:
-        """Expected samples until the alarm, with the mean shifted by `change`."""
-        means = [way * change - self.drift for way in WAYS[self.sides]]
-        return together([walked(Walk(0.0, threshold, True, 1.0, mean, 1.0)) for mean in means])
+        # Two sides are independent detectors, whose rates of alarms add up.
+        rate = sum(1.0 / cusum_length(way * change - self.drift, threshold) for way in WAYS[self.sides])
+        return 1.0 / rate if rate > 0.0 else math.inf
 
     def block(self, threshold: float, deviation: float, restart: bool = False) -> Cusum:
         height = threshold * deviation
@@ -140,54 +171,8 @@ class CusumRule(StoppingRule):
 
 
 @dataclass(frozen=True)
-class AverageRule(StoppingRule):
-    """Geometric moving average; with weight 1 a threshold on each sample."""
-
-    weight: float  # of the newest value, 0 to 1
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not 0.0 < self.weight <= 1.0:
-            raise ParameterError(f"weight is {self.weight}; expected more than 0 and at most 1")
-
-    @property
-    def name(self) -> str:
-        return f"geometric average, weight {self.weight:.3g}" if self.weight < 1.0 else "threshold on each sample"
-
-    def run_length(self, threshold: float, change: float = 0.0) -> float:
-        """Expected samples until the alarm, with the mean shifted by `change`."""
-        if self.weight == 1.0:
-            return self._each_sample(threshold, change)
-        way = WAYS[self.sides][0]
-        # One-sided: the lower limit is so low that the average never reaches it.
-        lower = -threshold if self.sides == "both" else min(-threshold, way * change) - 9.0 * self.unit
-        return walked(Walk(lower, threshold, False, 1.0 - self.weight, self.weight * way * change, self.weight))
-
-    def _each_sample(self, threshold: float, change: float) -> float:
-        chances = [max(_chance_below(way * change - threshold), 1e-300) for way in WAYS[self.sides]]
-        return together([1.0 / chance for chance in chances])
-
-    def growth(self, threshold: float) -> float:
-        """Square of the threshold, as in the tail of a Gaussian average."""
-        return threshold * threshold
-
-    @property
-    def longest(self) -> float:
-        """Run length up to which `run_length` is accurate [samples]; weight 1 has a closed form."""
-        return LONGEST if self.weight < 1.0 else 1e300
-
-    @property
-    def unit(self) -> float:
-        """Standard deviation of the average, at which alarms are frequent."""
-        return math.sqrt(self.weight / (2.0 - self.weight))
-
-    def block(self, threshold: float, deviation: float, restart: bool = False) -> GeometricAverage:
-        return GeometricAverage(self.weight, threshold * deviation, self.sides, restart)
-
-
-@dataclass(frozen=True)
 class HoldRule(StoppingRule):
-    """A threshold that must be exceeded in a number of consecutive samples."""
+    """A threshold that must be exceeded in a number of consecutive samples; with 1 a threshold on each sample."""
 
     hold: int  # number of consecutive samples, at least 1
 
@@ -198,21 +183,16 @@ class HoldRule(StoppingRule):
 
     @property
     def name(self) -> str:
-        return f"threshold held for {self.hold} samples"
+        return f"threshold held for {self.hold} samples" if self.hold > 1 else "threshold on each sample"
 
     def run_length(self, threshold: float, change: float = 0.0) -> float:
-        """Expected samples until the alarm, with the mean shifted by `change`."""
-        chance = sum(_chance_below(way * change - threshold) for way in WAYS[self.sides])
+        # The normal distribution by erfc, accurate far in the tail, where `NormalDist.cdf` gives zero.
+        chance = sum(0.5 * math.erfc((threshold - way * change) / math.sqrt(2.0)) for way in WAYS[self.sides])
         if chance <= 1e-300 ** (1.0 / self.hold):
             return math.inf
         return (chance**-self.hold - 1.0) / (1.0 - chance) if chance < 1.0 else float(self.hold)
 
     def threshold_for(self, samples: float) -> float:
-        """The threshold for a mean number of samples between false alarms.
-
-        Raises:
-            ParameterError: so few samples that no threshold is needed, or not a finite number
-        """
         sides = len(WAYS[self.sides])
         if self.hold > 1 or not 2.0 / sides < samples < math.inf:
             return super().threshold_for(samples)
@@ -224,96 +204,11 @@ class HoldRule(StoppingRule):
 
     @property
     def longest(self) -> float:
-        """Run length up to which `run_length` is accurate [samples]: unlimited in practice, as it has a closed form."""
+        """Unlimited in practice, as the run length has a closed form."""
         return 1e300
 
     def block(self, threshold: float, deviation: float, restart: bool = False) -> HeldThreshold:
         return HeldThreshold(threshold * deviation, self.hold, self.sides, restart)
-
-
-@dataclass(frozen=True)
-class SequentialRule(StoppingRule):
-    """Repeated sequential probability ratio test; its threshold is the evidence for the shift."""
-
-    shift: float  # to be detected, in standard deviations, greater than zero
-    lower: float = math.log(0.01)  # evidence against the shift that ends a test, below zero; ln(missed) of one test
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not (0.0 < self.shift < math.inf and -math.inf < self.lower < 0.0):
-            raise ParameterError(
-                f"shift is {self.shift} and lower {self.lower}; expected a shift above zero and lower below 0"
-            )
-
-    @property
-    def name(self) -> str:
-        return f"sequential test, shift {self.shift:.3g}"
-
-    def scale(self, deviation: float) -> float:
-        """1, since the threshold is evidence."""
-        return 1.0
-
-    def run_length(self, threshold: float, change: float = 0.0) -> float:
-        """Expected samples until the alarm, with the mean shifted by `change`."""
-        drifts = [self.shift * (way * change - 0.5 * self.shift) for way in WAYS[self.sides]]
-        return together([walked(Walk(self.lower, threshold, True, 1.0, drift, self.shift)) for drift in drifts])
-
-    def block(self, threshold: float, deviation: float, restart: bool = False) -> Detector:
-        """The block for residuals of a standard deviation: one test, or two for both sides."""
-        up, down = (
-            SequentialTest(way * self.shift * deviation, deviation, threshold, self.lower) for way in (1.0, -1.0)
-        )
-        rules: dict[str, Detector] = {"both": TwoSided(up, down), "upper": up, "lower": down}
-        return rules[self.sides]
-
-
-@dataclass(frozen=True)
-class LikelihoodRatioRule(StoppingRule):
-    """Generalised likelihood ratio over windows, for shifts of unknown size; its run length has no closed form."""
-
-    windows: tuple[int, ...] = WINDOWS  # their lengths [samples]
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.sides != "both":
-            raise ParameterError(
-                f"sides is '{self.sides}'; the likelihood ratio finds shifts of either sign: give 'both'"
-            )
-
-    @property
-    def name(self) -> str:
-        return f"likelihood ratio over {self.windows[0]} to {self.windows[-1]} samples"
-
-    def scale(self, deviation: float) -> float:
-        """1, since the threshold is evidence."""
-        return 1.0
-
-    def run_length(self, threshold: float, change: float = 0.0) -> float:
-        """Not available: it has no closed form.
-
-        Raises:
-            ParameterError: always; `tierod.methods.detectors.measured` finds a threshold, also on simulated residuals
-        """
-        raise ParameterError("a likelihood ratio has no run length in closed form; measure it on healthy residuals")
-
-    def block(self, threshold: float, deviation: float, restart: bool = False) -> LikelihoodRatio:
-        """The block for residuals of a standard deviation; it does not restart, so the onsets of alarms are counted."""
-        return LikelihoodRatio(deviation, threshold, self.windows)
-
-    def alarms(self, flags: np.ndarray) -> int:
-        """Number of onsets of alarms in the flags of a block, (n,)."""
-        return int(np.count_nonzero(np.diff(flags, prepend=0.0) > 0.5))
-
-
-def _chance_below(value: float) -> float:
-    """Standard normal distribution function, accurate far in the tail, where `NormalDist.cdf` gives zero."""
-    return 0.5 * math.erfc(-value / math.sqrt(2.0))
-
-
-def together(lengths: Sequence[float]) -> float:
-    """Expected samples until the first of several independent detectors alarms, from those of each."""
-    rate = sum(1.0 / length for length in lengths)
-    return 1.0 / rate if rate > 0.0 else math.inf
 
 
 @dataclass(frozen=True)
@@ -338,7 +233,6 @@ class ExcessRule(StoppingRule):
         return f"level exceeded by {self.excess:.3g} deviations times values"
 
     def run_length(self, threshold: float, change: float = 0.0) -> float:
-        """Expected samples until the alarm, for white residuals."""
         return CusumRule(threshold, sides=self.sides).run_length(self.excess, change)
 
     def block(self, threshold: float, deviation: float, restart: bool = False) -> Cusum:

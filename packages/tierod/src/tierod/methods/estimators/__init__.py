@@ -1,9 +1,8 @@
 """State estimators: blocks that compute estimates with variances from a discrete model and its noise."""
 
-from tierod.methods.estimators.augment import augment
 from tierod.methods.estimators.kalman import KalmanFilter
-from tierod.methods.estimators.observers import FixedLag, Luenberger
-from tierod.methods.estimators.riccati import StationaryGain, stationary_gain
+from tierod.methods.estimators.observers import FixedLag, Luenberger, StationaryGain, stationary_gain
+from tierod.methods.estimators.shapes import augment
 from tierod.methods.estimators.stationary_bank import StationaryBank
 
 __all__ = [

@@ -15,16 +15,22 @@ from tierod.core.graph.analysis import jacobian
 from tierod.core.graph.maths import maximum, present, where
 from tierod.methods.estimators.kernels import (
     Correction,
+    Matrix,
+    Noise,
+    Vector,
     clean_mask,
     consider,
     correct,
+    diagonal,
+    from_diagonal,
     held_covariance,
     masked_mean,
+    plus,
     predict_covariance,
+    quadratic,
     unmasked_start,
     usable,
 )
-from tierod.methods.estimators.linear_algebra import Matrix, Noise, Vector, diagonal, from_diagonal, plus, quadratic
 from tierod.methods.estimators.shapes import (
     Belief,
     check_mean,
@@ -67,26 +73,6 @@ class KalmanFilter:
     The covariance stays positive in double precision while the initial variance of the measured quantity is below about
     1e12 times the measurement noise.
 
-    Args:
-        model: discrete model (`State`, `Input`, `Output`, `transition`, `output`)
-        parameters: of the model; its floats are tuning
-        initial_mean: state before the first sample, one float per state
-        initial_variance: its variance, one per state [unit of the state squared]
-        process_noise: variance added to each state per sample [unit squared]; None for a state without noise
-        measurement_noise: variance of each output [unit squared], greater than zero
-        input_noise: variance of each input [unit squared], propagated to the state by G Q G' with
-            G = d transition / d input; None for an exact input, or for all of them
-        maskable: names of the states whose correction a sample can mask; all others are always corrected
-        covariance_update: effect of a mask e (0 to 1) on the covariance. "schmidt": consistent with the masked gain
-            Ke = E K (consider form, Joseph); "printed": P = (I - K C) P for every mask, as in Table 3 of Mohtat et al.,
-            which lets the variance of a masked state shrink without information
-        hold_missing_input: whether inputs are checked for NaN. A sample with a missing input is left out: the mean is
-            held, the variance grows by the process noise. False only where an input hold comes first
-        full_covariance: whether the estimate includes the packed covariance (needed for NEES)
-        gate: bound of the squared innovation over its variance, a quantile of chi-square with one degree of freedom
-            (10.83 for 99.9 %). For a measurement beyond, the noise is raised until it lies on the bound: the farther
-            out it is, the less it moves the estimate, and the filter never rejects all. None: no gate
-
     A sample is `input`, `measured` and, with maskable states, `enabled` (0 to 1 each; missing counts as 0). A missing
     measurement is NaN: it corrects nothing. NaN never reaches the state.
 
@@ -97,17 +83,28 @@ class KalmanFilter:
     gate after Chang, Journal of Geodesy 88 (2014) 391, for each measurement alone.
     """
 
-    model: Model
-    parameters: Tree
-    initial_mean: Tree
-    initial_variance: Tree
-    process_noise: Tree
-    measurement_noise: Tree
+    model: Model  # discrete model (`State`, `Input`, `Output`, `transition`, `output`)
+    parameters: Tree  # of the model; its floats are tuning
+    initial_mean: Tree  # state before the first sample, one float per state
+    initial_variance: Tree  # its variance, one per state [unit of the state squared]
+    process_noise: Tree  # variance added to each state per sample [unit squared]; None for a state without noise
+    measurement_noise: Tree  # variance of each output [unit squared], greater than zero
+    # variance of each input [unit squared], propagated to the state by G Q G' with G = d transition / d input; None
+    # for an exact input, or for all of them
     input_noise: Tree = None
+    # names of the states whose correction a sample can mask; all others are always corrected
     maskable: tuple[str, ...] = ()
+    # effect of a mask e (0 to 1) on the covariance. "schmidt": consistent with the masked gain Ke = E K (consider
+    # form, Joseph); "printed": P = (I - K C) P for every mask, as in Table 3 of Mohtat et al., which lets the
+    # variance of a masked state shrink without information
     covariance_update: str = "schmidt"
+    # whether inputs are checked for NaN. A sample with a missing input is left out: the mean is held, the variance
+    # grows by the process noise. False only where an input hold comes first
     hold_missing_input: bool = True
-    full_covariance: bool = False
+    full_covariance: bool = False  # whether the estimate includes the packed covariance (needed for NEES)
+    # bound of the squared innovation over its variance, a quantile of chi-square with one degree of freedom (10.83
+    # for 99.9 %). For a measurement beyond, the noise is raised until it lies on the bound: the farther out it is,
+    # the less it moves the estimate, and the filter never rejects all. None: no gate
     gate: Annotated[float, ""] | None = None
 
     def __post_init__(self) -> None:
@@ -127,12 +124,10 @@ class KalmanFilter:
 
     @property
     def Sample(self) -> type:
-        """NamedTuple class with `input`, `measured` and, with maskable states, `enabled`."""
         return sample_class(self.model, self.maskable)
 
     @property
     def Estimate(self) -> type:
-        """NamedTuple class of the output."""
         return estimate_class(self.model, self.full_covariance)
 
     def init(self) -> Belief:
@@ -150,10 +145,8 @@ class KalmanFilter:
     ) -> tuple[Belief, Tree]:
         """State and estimate after one sample: prediction with its inputs, correction with its measurements.
 
-        Args:
-            sample: `input`, `measured` and, with maskable states, `enabled`
-            process_noise, input_noise, measurement_noise: variances of this sample where they vary; they replace those
-                of the tuning and have None entries in the same places
+        Args: process_noise, input_noise, measurement_noise: variances of this sample where they vary; they replace
+        those of the tuning and have None entries in the same places.
         """
         process = leaf_values(self.process_noise if process_noise is None else process_noise)
         entering = leaf_values(self.input_noise if input_noise is None else input_noise)

@@ -1,7 +1,4 @@
-"""The steps of every Kalman-type estimator, on tuples of scalars: predict, correct, consider, hold.
-
-Models enter only as Jacobians and residuals, so that monitors with a structure of their own can use them directly.
-"""
+"""Steps of every Kalman-type estimator, and small dense linear algebra, on tuples of scalars in straight-line code."""
 
 from __future__ import annotations
 
@@ -10,26 +7,115 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from tierod.core.block import Scalar, Truth
-from tierod.core.graph.maths import maximum, minimum, present, where
-from tierod.methods.estimators.linear_algebra import (
-    Matrix,
-    Noise,
-    Vector,
-    add,
-    congruence,
-    dot,
-    downdate,
-    from_diagonal,
-    minus,
-    order,
-    pack,
-    plus,
-    quadratic,
-    scaled_congruence,
-    times,
-    unpack,
-    upper,
-)
+from tierod.core.graph.maths import is_symbol, maximum, minimum, present, where
+
+Vector = Sequence[Scalar]
+Matrix = Sequence[Sequence[Scalar]]
+Noise = Sequence[Scalar | None]  # Variances; None where there is no noise
+
+
+def is_structural(value: Scalar, constant: float) -> bool:
+    """Whether a value is this constant float, which can be left out of a graph."""
+    return not is_symbol(value) and isinstance(value, float) and value == constant
+
+
+def times(a: Scalar, b: Scalar) -> Scalar:
+    """Product a b; structural factors 0.0 and 1.0 add no operation."""
+    if is_structural(a, 0.0) or is_structural(b, 0.0):
+        return 0.0
+    if is_structural(a, 1.0):
+        return b
+    return a if is_structural(b, 1.0) else a * b
+
+
+def plus(a: Scalar, b: Scalar) -> Scalar:
+    """Sum a + b; a structural term 0.0 adds no operation."""
+    if is_structural(a, 0.0):
+        return b
+    return a if is_structural(b, 0.0) else a + b
+
+
+def minus(a: Scalar, b: Scalar) -> Scalar:
+    """Difference a - b; a structural term b = 0.0 adds no operation."""
+    return a if is_structural(b, 0.0) else a - b
+
+
+def dot(a: Vector, b: Vector) -> Scalar:
+    """Sum of a_k b_k, accumulated from the first element to the last."""
+    total: Scalar = 0.0
+    for left, right in zip(a, b, strict=True):
+        total = plus(total, times(left, right))
+    return total
+
+
+def upper(n: int) -> list[tuple[int, int]]:
+    """Index pairs (row, column) of a packed symmetric matrix, in order."""
+    return [(i, j) for i in range(n) for j in range(i, n)]
+
+
+def order(packed: Vector) -> int:
+    """Number of rows of a packed symmetric matrix."""
+    return (math.isqrt(8 * len(packed) + 1) - 1) // 2
+
+
+def unpack(packed: Vector) -> list[list[Scalar]]:
+    """All rows of a packed symmetric matrix."""
+    n = order(packed)
+    rows: list[list[Scalar]] = [[0.0] * n for _ in range(n)]
+    for value, (i, j) in zip(packed, upper(n), strict=True):
+        rows[i][j] = rows[j][i] = value
+    return rows
+
+
+def pack(rows: Matrix) -> tuple[Scalar, ...]:
+    """The upper triangle of a symmetric matrix."""
+    return tuple(rows[i][j] for i, j in upper(len(rows)))
+
+
+def diagonal(packed: Vector) -> tuple[Scalar, ...]:
+    return tuple(value for value, (i, j) in zip(packed, upper(order(packed)), strict=True) if i == j)
+
+
+def from_diagonal(values: Vector) -> tuple[Scalar, ...]:
+    """The packed symmetric matrix with this diagonal."""
+    return tuple(values[i] if i == j else 0.0 for i, j in upper(len(values)))
+
+
+def add(a: Vector, b: Vector) -> tuple[Scalar, ...]:
+    """a + b, element by element (vectors or packed matrices)."""
+    return tuple(plus(left, right) for left, right in zip(a, b, strict=True))
+
+
+def product(matrix: Matrix, vector: Vector) -> tuple[Scalar, ...]:
+    return tuple(dot(row, vector) for row in matrix)
+
+
+def quadratic(row: Vector, packed: Vector) -> Scalar:
+    """c P c': variance of c x for a row c and a state x with the packed covariance P."""
+    return dot(row, product(unpack(packed), row))
+
+
+def downdate(rows: list[list[Scalar]], cross: Vector, inverse: Scalar) -> None:
+    """P - c c' / s in place: the covariance after one scalar measurement."""
+    gain = [times(value, inverse) for value in cross]
+    for i, j in upper(len(cross)):
+        rows[i][j] = rows[j][i] = minus(rows[i][j], times(gain[i], cross[j]))
+
+
+def congruence(matrix: Matrix, packed: Vector) -> tuple[Scalar, ...]:
+    """M P M', packed, by way of W = M P: symmetric by construction."""
+    full = unpack(packed)
+    left = [[dot(row, column) for column in full] for row in matrix]
+    return tuple(dot(left[i], matrix[j]) for i, j in upper(len(matrix)))
+
+
+def scaled_congruence(matrix: Matrix, weights: Vector) -> tuple[Scalar, ...]:
+    """G diag(q) G', packed.
+
+    Args: weights: q, m values; 0.0 leaves the column out.
+    """
+    scaled = [[times(entry, weight) for entry, weight in zip(row, weights, strict=True)] for row in matrix]
+    return tuple(dot(scaled[i], matrix[j]) for i, j in upper(len(matrix)))
 
 
 class Correction(NamedTuple):
@@ -51,11 +137,7 @@ def predict_covariance(
 ) -> tuple[Scalar, ...]:
     """F P F' + diag(q) + G diag(w) G', packed.
 
-    Args:
-        transition: F, Jacobian of the transition with respect to the state, n rows of n
-        process_noise: variance added to each state per sample, (n,); None or 0.0 for none
-        noise_input: G, Jacobian of the transition with respect to the noisy inputs, n rows of m
-        input_noise: variance of each input, (m,)
+    Args: process_noise: variance added to each state per sample, (n,); None or 0.0 for none.
     """
     predicted = add(congruence(transition, covariance), from_diagonal(known_variances(process_noise)))
     if any(weight is not None for weight in input_noise):
@@ -70,11 +152,8 @@ def correct(
 
     The result does not depend on the order of the measurements: it is the joint update with a diagonal R.
 
-    Args:
-        rows: C, Jacobian of the outputs with respect to the state, m rows of n
-        residuals: measured minus expected output, (m,); NaN where the measurement is missing
-        noise: variance of each measurement, (m,), greater than zero
-        start: that the correction is added to, (n,); zeros by default. The mean here saves an addition per state
+    Args: residuals: measured minus expected output, (m,); NaN where the measurement is missing; start: that the
+    correction is added to, (n,); zeros by default. The mean here saves an addition per state.
     """
     after = unpack(covariance)
     n = len(after)
@@ -142,10 +221,6 @@ def consider(before: Vector, after: Vector, mask: Sequence[Truth]) -> tuple[Scal
 
     With the optimal K of the joint update, (I - Ke C) P (I - Ke C)' + Ke R Ke' reduces entry by entry to
     P - (1 - (1 - e_i)(1 - e_j)) (P - P_after): only pairs of masked states differ from the full update.
-
-    Args:
-        after: packed (I - K C) P after the full update
-        mask: e of each state, True or 0..1
 
     Source: Mohtat et al., Table 3, corrected: printed with P = (I - K C) P for every mask; see
     docs/explanation/papers/friction.md.

@@ -1,21 +1,96 @@
-"""Observers with a fixed gain, and fixed-lag smoothing with a stationary Kalman filter."""
+"""Observers with a fixed gain, their gain from the Riccati equation, and fixed-lag smoothing."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Annotated, NamedTuple, get_type_hints
+from typing import Annotated, NamedTuple, TypeAlias, get_type_hints
 
 import numpy as np
 
 from tierod.core.block import Model, Scalar, Tree, Truth, named_tuple, rebuild, require_discrete, skeleton
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.graph.maths import present, where
-from tierod.methods.estimators.kernels import usable
-from tierod.methods.estimators.linear_algebra import Vector, add, dot, plus, product
-from tierod.methods.estimators.riccati import Noises, stationary_gain
+from tierod.methods.estimators.kernels import Vector, add, dot, plus, product, usable
 from tierod.methods.estimators.shapes import check_mean, filled, leaf_names, leaf_values, sample_class
-from tierod.models.linear import LinearSystem
+from tierod.models.linear import TOLERANCE, LinearSystem, describe, modes
+
+# Variances (None for no noise), or a full covariance matrix
+Noises: TypeAlias = Sequence[float | None] | Sequence[Sequence[float]] | np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class StationaryGain:
+    """Steady state of a Kalman filter for a time-invariant system."""
+
+    filter: np.ndarray  # gain K of x = x- + K (y - C x-), (n, outputs), as used by the estimators of tierod
+    # gain A K of x-(k+1) = A x-(k) + B u + A K (y - C x-), (n, outputs), as returned by dlqe of python-control
+    predictor: np.ndarray
+    predicted_covariance: np.ndarray  # of x-, before the measurement, (n, n)
+    covariance: np.ndarray  # of x, after the measurement, (n, n)
+    innovation_covariance: np.ndarray  # C P- C' + R, (outputs, outputs)
+
+
+def stationary_gain(
+    system: LinearSystem, process_noise: Noises, measurement_noise: Noises, input_noise: Noises | None = None
+) -> StationaryGain:
+    """The stationary Kalman gain of a discrete system, by SciPy's Riccati solver.
+
+    Args: process_noise: variance of each state per sample, (n,), None for none; or the full Q, (n, n);
+    measurement_noise: variance of each output, (outputs,); or the full R; input_noise: variance of each input,
+    (inputs,), None for none; adds B diag(w) B'.
+    """
+    from scipy.linalg import solve_discrete_are
+
+    A, C = system.A, system.C
+    Q, R = _matrix(process_noise, len(A), "process_noise"), _matrix(measurement_noise, len(C), "measurement_noise")
+    if input_noise is not None:
+        Q = Q + system.B @ _matrix(input_noise, system.B.shape[1], "input_noise") @ system.B.T
+    _require_detectable(system)
+    try:
+        predicted = solve_discrete_are(A.T, C.T, Q, R)
+    except (np.linalg.LinAlgError, ValueError) as error:
+        raise _no_limit(system, str(error)) from None
+    spread = C @ predicted @ C.T + R
+    gain = np.linalg.solve(spread, C @ predicted).T
+    left = np.eye(len(A)) - gain @ C
+    if np.abs(np.linalg.eigvals(left @ A)).max() >= 1.0 - 1e-12:
+        raise _no_limit(system, "the error of the filter does not decay")
+    # Joseph's form keeps the covariance positive in spite of rounding.
+    after = left @ predicted @ left.T + gain @ R @ gain.T
+    return StationaryGain(gain, A @ gain, predicted, 0.5 * (after + after.T), 0.5 * (spread + spread.T))
+
+
+def _matrix(noise: Noises, n: int, what: str) -> np.ndarray:
+    values = [0.0 if entry is None else entry for entry in noise]
+    matrix = np.asarray(values, float)
+    matrix = np.diag(matrix) if matrix.ndim == 1 else matrix
+    if matrix.shape != (n, n) or not np.isfinite(matrix).all() or np.linalg.eigvalsh(matrix).min() < -1e-12:
+        raise ParameterError(
+            f"{what} gives a matrix of shape {matrix.shape}; expected {n} variances, or a ({n}, {n}) covariance"
+        )
+    return matrix
+
+
+def _require_detectable(system: LinearSystem) -> None:
+    for mode in modes(system):
+        if mode.margin < TOLERANCE and abs(mode.eigenvalue) >= 1.0 - 1e-9:
+            raise ParameterError(
+                f"there is no stationary gain: through {', '.join(system.outputs)} the direction "
+                f"{describe(mode.direction, system.states)} (eigenvalue {mode.number}) is not observable and does not "
+                "decay; "
+                "measure it, or take it out of the state"
+            )
+
+
+def _no_limit(system: LinearSystem, reason: str) -> ParameterError:
+    lasting = [name for name, row in zip(system.states, system.A, strict=True) if np.abs(row).sum() >= 1.0]
+    return ParameterError(
+        f"there is no stationary gain ({reason}); give every state that does not decay by itself "
+        f"(among {', '.join(lasting) or ', '.join(system.states)}) process noise greater than zero"
+    )
+
 
 Gain = tuple[tuple[float, ...], ...]  # Rows by state, columns by output
 
@@ -42,11 +117,7 @@ def observe(model: Model, parameters: Tree, gain: Gain, state: Tree, sample: Tre
 
 
 def check_gain(model: Model, gain: Gain, initial_mean: Tree) -> None:
-    """Check the shapes of a gain and an initial mean.
-
-    Raises:
-        ParameterError: a gain without one row per state and one entry per output, or as `check_mean`
-    """
+    """Check the shapes of a gain and an initial mean."""
     states, outputs = leaf_names(model.State), leaf_names(model.Output)
     if len(gain) != len(states) or any(len(row) != len(outputs) for row in gain):
         raise ParameterError(
@@ -60,11 +131,6 @@ def check_gain(model: Model, gain: Gain, initial_mean: Tree) -> None:
 class Luenberger:
     """Observer x- = f(x, u), x = x- + L (y - h(x-)) with a fixed gain, for any discrete model.
 
-    Args:
-        parameters: of the model; its floats are tuning
-        initial_mean: state before the first sample, one float per state
-        gain: L, rows by state, columns by output; faster poles follow changes sooner and pass more noise
-
     A sample is `input` and `measured`; a missing output (NaN) corrects nothing, a missing input holds the state. The
     output is `mean` and `innovation` (measured minus expected; NaN where missing).
 
@@ -72,9 +138,9 @@ class Luenberger:
     """
 
     model: Model
-    parameters: Tree
-    initial_mean: Tree
-    gain: Gain
+    parameters: Tree  # of the model; its floats are tuning
+    initial_mean: Tree  # state before the first sample, one float per state
+    gain: Gain  # L, rows by state, columns by output; faster poles follow changes sooner and pass more noise
 
     def __post_init__(self) -> None:
         require_discrete(self.model)
@@ -82,7 +148,6 @@ class Luenberger:
 
     @property
     def Sample(self) -> type:
-        """NamedTuple class with `input` and `measured`."""
         return sample_class(self.model, ())
 
     def init(self) -> Tree:
@@ -113,12 +178,6 @@ class FixedLag(Luenberger):
     W_j = P A' [(I - K C)' A']^(j-1) C' S^-1. Each new innovation corrects the N stored estimates, so that a step costs
     N multiplications per output and smoothed state.
 
-    Args:
-        parameters: of the model; its floats are tuning
-        initial_mean: state before the first sample, one float per state
-        gain: of the filter, rows by state, columns by output
-        weights: W_j of each smoothed state, by lag, then by output
-
     `design` computes gain, weights and variances. A sample is `input` and `measured`; a missing output corrects
     nothing, a missing input holds the state. The output is `mean` (now), `innovation` and `smoothed` (N samples ago).
 
@@ -126,7 +185,7 @@ class FixedLag(Luenberger):
     """
 
     states: tuple[str, ...]
-    weights: tuple[tuple[tuple[float, ...], ...], ...]
+    weights: tuple[tuple[tuple[float, ...], ...], ...]  # W_j of each smoothed state, by lag, then by output
     variances: tuple[float, ...]
 
     def __post_init__(self) -> None:
@@ -148,15 +207,7 @@ class FixedLag(Luenberger):
         states: tuple[str, ...],
         lag: int,
     ) -> FixedLag:
-        """The smoother of a discrete linear system and its model.
-
-        Args:
-            model, parameters: the same system as a model, from `as_model`
-            lag: samples, at least 1
-
-        Raises:
-            ParameterError: as `stationary_gain`; no such state; no lag
-        """
+        """The smoother of a discrete linear system and its model."""
         if lag < 1:
             raise ParameterError(f"lag is {lag}; expected at least 1 sample, or a filter without lag")
         for name in states:
@@ -185,7 +236,6 @@ class FixedLag(Luenberger):
 
     @property
     def Estimate(self) -> type:
-        """NamedTuple class of the output."""
         return _lag_estimate_class(self.model, self.states)
 
     def at(self, mean: Tree) -> LagState:

@@ -1,14 +1,27 @@
-"""Sample, state and estimate of the filters of any model, as NamedTuple classes, and checks of their tuning."""
+"""Sample, state and estimate of the filters of any model, checks of their tuning, and parameters as states."""
 
 from __future__ import annotations
 
+import copy
+import dataclasses
 import itertools
 import math
 from collections.abc import Iterable
 from functools import lru_cache
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple, get_type_hints
 
-from tierod.core.block import Model, Scalar, Tree, derived, leaves, named_tuple, rebuild, skeleton, values_of
+from tierod.core.block import (
+    Model,
+    Scalar,
+    Tree,
+    derived,
+    leaves,
+    model_like,
+    named_tuple,
+    rebuild,
+    skeleton,
+    values_of,
+)
 from tierod.core.errors import ParameterError, nearest
 
 
@@ -65,12 +78,7 @@ def estimate_class(model: Model, with_covariance: bool) -> type:
 
 
 def check_variances(what: str, values: Tree, names: tuple[str, ...], positive: bool = False) -> None:
-    """Check length and values of a tuple of variances.
-
-    Raises:
-        ParameterError: not one value per name, or a value that is no float, negative, infinite, or zero or None where
-            it must be positive
-    """
+    """Check length and values of a tuple of variances."""
     flat = leaf_values(values)
     if len(flat) != len(names):
         raise ParameterError(f"{what} has {len(flat)} values; expected {len(names)}, one each for {', '.join(names)}")
@@ -82,11 +90,7 @@ def check_variances(what: str, values: Tree, names: tuple[str, ...], positive: b
 
 
 def check_mean(values: Tree, names: tuple[str, ...]) -> None:
-    """Check length and values of an initial mean.
-
-    Raises:
-        ParameterError: not one value per name, or NaN or infinity, which would stay in the state for ever
-    """
+    """Check length and values of an initial mean."""
     flat = leaf_values(values)
     if len(flat) != len(names):
         raise ParameterError(f"initial_mean needs {len(names)} values, one each for {', '.join(names)}")
@@ -96,11 +100,89 @@ def check_mean(values: Tree, names: tuple[str, ...]) -> None:
 
 
 def check_names(what: str, given: tuple[str, ...], known: tuple[str, ...]) -> None:
-    """Check that given names are names of states.
-
-    Raises:
-        ParameterError: another name; the nearest names are proposed
-    """
+    """Check that given names are names of states."""
     for name in given:
         if name not in known:
             raise ParameterError(f"{what} names '{name}', which is not a state{nearest(name, known)}")
+
+
+@lru_cache(maxsize=256)
+def augment(model: Model, *parameters: str) -> Model:
+    """A model whose state holds the named parameters too, as constants that process noise turns into random walks.
+
+    Returns:
+        a model of the same kind: the same Input, Output and Parameters, and a State with the parameters at its end,
+            in
+        their units. The values of these parameters in `Parameters` are no longer used
+    """
+    base_hints = get_type_hints(model.State, include_extras=True)
+    fields = [(name, base_hints[name]) for name in model.State._fields]
+    for path in parameters:
+        name = path.replace(".", "_")
+        if name in dict(fields):
+            raise ParameterError(f"{model.__name__} has a state '{name}' already; it cannot be augmented with it again")
+        fields.append((name, _annotation(model.Parameters, path)))
+    if len(fields) == len(base_hints):
+        raise ParameterError("augment needs at least one name of a parameter to turn into a state")
+    return _make(model, parameters, named_tuple("State", fields))
+
+
+def _make(model: Model, parameters: tuple[str, ...], state_class: type) -> Model:
+    count = len(model.State._fields)
+
+    def split(x: Tree, p: Tree) -> tuple[Tree, Tree, tuple[Scalar, ...]]:
+        estimated = tuple(x[count:])
+        for path, value in zip(parameters, estimated, strict=True):
+            p = _with(p, path, value)
+        return model.State(*x[:count]), p, estimated
+
+    def output(x: Tree, u: Tree, p: Tree) -> Tree:
+        base, p, _ = split(x, p)
+        return model.output(base, u, p)
+
+    def transition(x: Tree, u: Tree, p: Tree) -> Tree:
+        base, p, estimated = split(x, p)
+        return state_class(*model.transition(base, u, p), *estimated)
+
+    def derivative(x: Tree, u: Tree, p: Tree) -> Tree:
+        base, p, estimated = split(x, p)
+        return state_class(*model.derivative(base, u, p), *(0.0 for _ in estimated))
+
+    equation = transition if hasattr(model, "transition") else derivative
+    return model_like(
+        model,
+        f"{model.__name__}With{''.join(_title(path) for path in parameters)}",
+        f"{model.__name__} with {', '.join(parameters)} as states.",
+        State=state_class,
+        output=output,
+        **{equation.__name__: equation},
+    )
+
+
+def _title(path: str) -> str:
+    return "".join(word.capitalize() for word in path.replace(".", "_").split("_"))
+
+
+def _annotation(parameters: Any, path: str) -> Any:
+    first, _, rest = path.partition(".")
+    hints = get_type_hints(parameters, include_extras=True)
+    known = [field.name for field in dataclasses.fields(parameters)]
+    if first not in known:
+        raise ParameterError(f"'{path}' is not a parameter of {parameters.__qualname__}{nearest(first, known)}")
+    annotation = hints[first]
+    if rest:
+        if not dataclasses.is_dataclass(annotation):
+            raise ParameterError(
+                f"'{first}' of {parameters.__qualname__} has no part '{rest}'; it is a single parameter"
+            )
+        return _annotation(annotation, rest)
+    if getattr(annotation, "__origin__", annotation) is not float:
+        raise ParameterError(f"'{path}' of {parameters.__qualname__} is not a float, so it cannot become a state")
+    return annotation
+
+
+def _with(p: Tree, path: str, value: Scalar) -> Tree:
+    first, _, rest = path.partition(".")
+    changed = copy.copy(p)
+    object.__setattr__(changed, first, _with(getattr(p, first), rest, value) if rest else value)
+    return changed

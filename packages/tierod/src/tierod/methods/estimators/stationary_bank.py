@@ -12,8 +12,7 @@ import numpy as np
 from tierod.core.block import Model, Scalar, Tree, named_tuple, rebuild, require_discrete, skeleton
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import all_of, exp, greatest_of, present, select, where
-from tierod.methods.estimators.kernels import usable
-from tierod.methods.estimators.linear_algebra import (
+from tierod.methods.estimators.kernels import (
     Matrix,
     Vector,
     add,
@@ -24,27 +23,18 @@ from tierod.methods.estimators.linear_algebra import (
     product,
     times,
     unpack,
+    usable,
 )
-from tierod.methods.estimators.observers import Gain, check_gain
-from tierod.methods.estimators.riccati import Noises, stationary_gain
-from tierod.methods.estimators.shapes import (
-    estimate_class,
-    filled,
-    leaf_values,
-    sample_class,
-)
+from tierod.methods.estimators.observers import Gain, Noises, check_gain, stationary_gain
+from tierod.methods.estimators.shapes import estimate_class, filled, leaf_values, sample_class
 from tierod.models.linear import LinearSystem
 
+# Transition probabilities from one model (row) to another (column) in one sample; each row sums to 1
 Switching = tuple[tuple[float, ...], ...]
-"""Transition probabilities from one model (row) to another (column) in one sample; each row sums to 1."""
 
 
 def check_switching(switching: Switching, count: int) -> None:
-    """Check that probabilities are those of a Markov chain in which every model can be reached from every other.
-
-    Raises:
-        ParameterError: another size, probabilities that are not positive, or rows that do not sum to 1
-    """
+    """Check that probabilities are those of a Markov chain in which every model can be reached from every other."""
     if count < 1 or len(switching) != count or any(len(row) != count for row in switching):
         raise ParameterError(f"switching has {len(switching)} rows; expected {count} rows of {count}, one per model")
     for k, row in enumerate(switching):
@@ -121,12 +111,6 @@ class StationaryBank:
     Only means are mixed; each filter keeps its steady-state gain. The loss is small where each noise lasts longer than
     the settling time of its filter, and the cost is a few multiplications per filter and sample.
 
-    Args:
-        parameters: of the model; its floats are tuning
-        initial_mean: state before the first sample, one float per state
-        noises: gain and covariances of each filter; `design` computes them
-        switching: between the filters, each row with sum 1
-
     A sample is `input` and `measured`. A missing output (NaN) corrects
     nothing, and a sample with one gives no likelihood; a missing input holds the state.
 
@@ -135,10 +119,10 @@ class StationaryBank:
     """
 
     model: Model
-    parameters: Tree
-    initial_mean: Tree
-    noises: tuple[StationaryNoise, ...]
-    switching: Switching
+    parameters: Tree  # of the model; its floats are tuning
+    initial_mean: Tree  # state before the first sample, one float per state
+    noises: tuple[StationaryNoise, ...]  # gain and covariances of each filter; `design` computes them
+    switching: Switching  # between the filters, each row with sum 1
 
     def __post_init__(self) -> None:
         require_discrete(self.model)
@@ -156,15 +140,7 @@ class StationaryBank:
         measurement_noise: Noises,
         switching: Switching,
     ) -> StationaryBank:
-        """The bank of a discrete linear system and its model.
-
-        Args:
-            model, parameters: the same system as a model, from `as_model`
-            process_noises: of each filter, as for `stationary_gain`
-
-        Raises:
-            ParameterError: no process noises, or as `stationary_gain`
-        """
+        """The bank of a discrete linear system and its model."""
         if not process_noises:
             raise ParameterError("process_noises is empty; expected the noise of at least one filter")
         noises = tuple(stationary_noise(system, noise, measurement_noise) for noise in process_noises)
@@ -172,20 +148,14 @@ class StationaryBank:
 
     @property
     def Sample(self) -> type:
-        """NamedTuple class with `input` and `measured`."""
         return sample_class(self.model, ())
 
     @property
     def Estimate(self) -> type:
-        """NamedTuple class of the output."""
         return _estimate_class(self.model, len(self.noises))
 
     def at(self, mean: Tree) -> BankState:
-        """The state of a bank that starts at a mean, with equal probabilities of all filters.
-
-        Args:
-            mean: the model's State, or its values in order
-        """
+        """The state of a bank that starts at a mean, with equal probabilities of all filters."""
         count = len(self.noises)
         return BankState((leaf_values(mean),) * count, (1.0 / count,) * count)
 
@@ -241,11 +211,7 @@ class StationaryBank:
 
 
 def stationary_noise(system: LinearSystem, process_noise: Noises, measurement_noise: Noises) -> StationaryNoise:
-    """Gain and covariances of the stationary Kalman filter of a discrete system.
-
-    Raises:
-        ParameterError: as `stationary_gain`
-    """
+    """Gain and covariances of the stationary Kalman filter of a discrete system."""
     found = stationary_gain(system, process_noise, measurement_noise)
     return StationaryNoise(
         tuple(tuple(map(float, row)) for row in found.filter),

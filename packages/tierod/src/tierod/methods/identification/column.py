@@ -1,4 +1,4 @@
-"""Identification of the column of an electric power steering from test bench recordings."""
+"""Identification of a column from recordings of a bench, and common mistakes in them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,13 @@ import numpy as np
 from tierod.core.errors import InputError, ParameterError, nearest
 from tierod.core.graph import scan
 from tierod.core.recording import Recording
-from tierod.methods.identification.bench_recording import OUTPUTS, BenchRecording, bench_recording
+from tierod.methods.identification.bench_recording import (
+    OUTPUTS,
+    BenchParameters,
+    BenchRecording,
+    SampledColumn,
+    bench_recording,
+)
 from tierod.methods.identification.column_fit import (
     CURES,
     DEFAULT_FREE,
@@ -27,7 +33,6 @@ from tierod.methods.identification.column_fit import (
 from tierod.methods.identification.column_misfit import refuse_slips
 from tierod.methods.identification.experiment import Estimate, Found, Whiteness, normalised_error, whiteness
 from tierod.methods.identification.maximum_likelihood import Simulation
-from tierod.methods.identification.sampled_column import BenchParameters, SampledColumn
 from tierod.physics.friction import dahl_update
 
 
@@ -77,7 +82,6 @@ class ColumnIdentification:
 
 
 _PARTS = 3  # Number of parts of a single recording, each of which is left out once
-
 Progress = Callable[[float], None]
 
 
@@ -93,14 +97,7 @@ def identify_column(
     Parameters of the steering wheel come from a regression with instrumental variables, which needs no model of motor
     and friction; all others from maximum likelihood with an unrecorded torque at the motor.
 
-    Args:
-        parameters: of the column, as the start of the search
-        free: parameters to be identified; damping and friction by default
-        deviations: standard deviations in the vehicle file, by name, for the table
-
-    Raises:
-        ParameterError: an unknown free parameter
-        InputError: recordings that cannot be used, or do not identify a parameter
+    Args: free: parameters to be identified; damping and friction by default.
     """
     wanted = tuple(free) or DEFAULT_FREE
     _refuse_unknown(wanted)

@@ -10,19 +10,31 @@ from typing import NamedTuple
 import numpy as np
 
 from tierod.core.errors import InputError
-from tierod.methods.analysis.noise import white_noise
-from tierod.methods.identification.bench_recording import BenchRecording, bridged
+from tierod.methods.analysis.consistency import white_noise
+from tierod.methods.identification.bench_recording import (
+    BenchParameters,
+    BenchRecording,
+    RoundedColumn,
+    SampledColumn,
+    bridged,
+)
 from tierod.methods.identification.column_misfit import Misfit, misfit
-from tierod.methods.identification.experiment import Estimate, Experiment, Found, Free, blind_directions, refusal
+from tierod.methods.identification.experiment import (
+    Estimate,
+    Experiment,
+    Found,
+    Free,
+    blind_directions,
+    instrumental,
+    refusal,
+)
 from tierod.methods.identification.maximum_likelihood import MaximumLikelihood
-from tierod.methods.identification.regression import instrumental
-from tierod.methods.identification.sampled_column import BenchParameters, RoundedColumn, SampledColumn
 from tierod.models.steering_column import ColumnWithFrictionParameters
 
+# Standard deviation of the Gaussian smoothing in time [s]. It passes motion up to about 5 Hz, which separates inertia
+# from damping, and limits the noise of the second derivative, which falls with its power of -2.5. With a noise of 0.05
+# degrees the inertia from 16 s of motion scatters by 0.3 % at 8 ms and by 0.04 % from 24 ms on.
 SMOOTHING = 0.03
-"""Standard deviation of the Gaussian smoothing in time [s]. It passes motion up to about 5 Hz, which separates inertia
-from damping, and limits the noise of the second derivative, which falls with its power of -2.5. With a noise of 0.05
-degrees the inertia from 16 s of motion scatters by 0.3 % at 8 ms and by 0.04 % from 24 ms on."""
 
 
 class WheelMotion(NamedTuple):
@@ -52,16 +64,12 @@ def wheel_side(recordings: Sequence[WheelMotion], inertia: float | None = None) 
     that no noisy signal is differentiated. The noise of the wheel's angle in the regressors would bias the coefficients
     towards zero; the motor's angle follows the wheel, but has independent noise.
 
-    Args:
-        inertia: known inertia [kg m^2]; None to estimate it
-
-    Raises:
-        InputError: the wheel hardly moves
-
     The standard deviations are the larger of two: the estimate for autocorrelated residuals, which is inaccurate after
     a few slow oscillations, and the one from the white noise of both sensors, propagated through the smoothing.
 
     Source: Raffone, eq (1) with T_driver = 0.
+
+    Args: inertia: known inertia [kg m^2]; None to estimate it.
     """
     targets, regressors, instruments = [], [], []
     for each in recordings:
@@ -116,31 +124,31 @@ def _weighted(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
     return np.convolve(values, weights, mode="valid")
 
 
+# Parameters identified by default, as in Raffone, section 2.2: damping of wheel and motor, and Dahl friction
 DEFAULT_FREE = ("steering_wheel_damping", "motor_damping", "motor_friction", "motor_friction_stiffness")
-"""Parameters identified by default, as in Raffone, section 2.2: damping of wheel and motor, and Dahl friction."""
 DESIGN = ("motor_ratio",)  # Design parameters, which follow from numbers of teeth and are not identified
 FRICTION = ("motor_friction", "motor_friction_stiffness")
 WHEEL_SIDE = ("steering_wheel_inertia", "steering_wheel_damping")
 
+# Nuisance parameters of the bench, with prior standard deviations, estimated together with the parameters
 _NUISANCES = (
     Free("motor_torque_gain", False, 0.1),
     Free("motor_torque_offset", False, 0.1),
     Free("driver_torque_offset", False, 0.2),
 )
-"""Nuisance parameters of the bench, with prior standard deviations, estimated together with the parameters."""
+# Initial standard deviation of the unrecorded torque at the motor per sample [N m]: noise of a good drive
 TORQUE_DEVIATION = 0.01
-"""Initial standard deviation of the unrecorded torque at the motor per sample [N m]: noise of a good drive."""
+# Further starts, as logarithms: friction from 1/4 to 2 times that of the vehicle file, its stiffness from 1/3 to 3
 _STARTS = tuple((friction, stiffness) for friction in (-1.4, -0.7, 0.7) for stiffness in (-1.1, 0.0, 1.1))
-"""Further starts, as logarithms: friction from 1/4 to 2 times that of the vehicle file, its stiffness from 1/3 to 3."""
+# Unrecorded torque over recorded torque, above which the model does not explain a recording [-]: another law of
+# friction gives a tenth, hands on the wheel more than half
 MOST_UNKNOWN = 0.2
-"""Unrecorded torque over recorded torque, above which the model does not explain a recording [-]: another law of
-friction gives a tenth, hands on the wheel more than half."""
+# Torque of the motor's damping over the unrecorded torque, below which the damping counts as unidentified [-]: the
+# unrecorded torque is not exactly white, and its part that correlates with the speed would appear as damping
 LEAST_SHARE = 0.3
-"""Torque of the motor's damping over the unrecorded torque, below which the damping counts as unidentified [-]: the
-unrecorded torque is not exactly white, and its part that correlates with the speed would appear as damping."""
+# Longest gap in a signal of the wheel that is bridged linearly [s], a third of its smoothing time; shortest stretch
+# between longer gaps that is used [s], several times the 0.36 s that the smoothing takes
 LONGEST_GAP, SHORTEST_STRETCH = 0.01, 1.0
-"""Longest gap in a signal of the wheel that is bridged linearly [s], a third of its smoothing time; shortest stretch
-between longer gaps that is used [s], several times the 0.36 s that the smoothing takes."""
 
 CURES = {
     "steering_wheel_inertia": "a sweep with the wheel free and no hands on it",
@@ -171,13 +179,7 @@ def search_of(
     widened: bool = False,
     known: Mapping[str, float] | None = None,
 ) -> MaximumLikelihood:
-    """The maximum-likelihood search for parameters of a column.
-
-    Args:
-        known: relative standard deviations of parameters with a prior: they may vary, so that their uncertainty is
-            included in that of the others
-        widened: whether the noises are enlarged, for a rough start
-    """
+    """The maximum-likelihood search for parameters of a column."""
     free = (*(Free(name) for name in names), *_NUISANCES, *(Free(n, spread=s) for n, s in (known or {}).items()))
     places = {name: k for k, name in enumerate(names)}
     starts = []
@@ -240,11 +242,7 @@ class ColumnFit:
     def run(
         self, rows: Sequence[BenchRecording], progress: Progress = lambda share: None, near: Fitted | None = None
     ) -> Fitted:
-        """Fit the recordings, from all starts or from an earlier fit `near`.
-
-        Raises:
-            InputError: a parameter that the recordings do not identify
-        """
+        """Fit the recordings, from all starts or from an earlier fit `near`."""
         wheel, remarks = self._wheel(rows)
         base = replace(self.parameters, **{name: value for name, (value, _) in wheel.items()})
         names = tuple(name for name in self.wanted if name not in wheel)

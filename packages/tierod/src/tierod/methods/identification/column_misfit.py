@@ -1,4 +1,4 @@
-"""Contradictions between recordings of a column and its vehicle file: wrong sign, time base or fixed parameter."""
+"""Common mistakes in recordings of a bench, and a held parameter that does not fit."""
 
 from __future__ import annotations
 
@@ -13,10 +13,12 @@ from tierod.methods.identification.bench_recording import BenchRecording
 from tierod.methods.identification.experiment import Estimate, Experiment, Free
 from tierod.methods.identification.maximum_likelihood import MaximumLikelihood
 
+# Increase of the log-likelihood per sample with a mistake corrected, above which the mistake is reported [nat]:
+# parameters with an error of 50 % cost at most this much, a wrong sign ten times as much while the column moves
 MARGIN = 2.0
-"""Increase of the log-likelihood per sample with a mistake corrected, above which the mistake is reported [nat]:
-parameters with an error of 50 % cost at most this much, a wrong sign ten times as much while the column moves."""
 
+
+# Signs of motor torque and of the three outputs, by the reversed signals; all four reversed are a mere convention
 _TURNED = {
     "motor_torque": (-1, 1, 1, 1),
     "motor_angle_mechanical": (1, 1, -1, 1),
@@ -26,18 +28,15 @@ _TURNED = {
     "motor_torque and driver_torque": (-1, 1, 1, -1),
     "motor_torque and steering_wheel_angle": (-1, -1, 1, 1),
 }
-"""Signs of motor torque and of the three outputs, by the reversed signals; all four reversed are a mere convention."""
+
+
 _FACTORS = (0.1, 0.5, 2.0, 10.0)  # Candidate factors of a wrong time base
 
 
 def refuse_slips(recording: BenchRecording, search: MaximumLikelihood) -> None:
     """Refuse a recording that is far more likely with a reversed sign or another time base.
 
-    Args:
-        search: with the start of the search; its noises should be enlarged
-
-    Raises:
-        InputError: a wrong sign or time base, with what to do
+    Args: search: with the start of the search; its noises should be enlarged.
     """
     experiment, place = recording.experiment, search.start()
 
@@ -87,13 +86,11 @@ def _slower(experiment: Experiment, factor: float) -> Experiment:
     return replace(experiment, setting=setting)
 
 
+# Increase of the log-likelihood per sample with another value of a fixed parameter, above which the parameter is
+# reported [nat]: as much as a tenth less noise of one output gives, and a thousand times the effect of chance in 10 s
 HELD_MARGIN = 0.1
-"""Increase of the log-likelihood per sample with another value of a fixed parameter, above which the parameter is
-reported [nat]: as much as a tenth less noise of one output gives, and a thousand times the effect of chance in 10 s."""
+# Changes of the logarithm of a fixed parameter that are tried: factors from 0.4 to 2.5
 _SHIFTS = (-0.9, -0.45, -0.2, 0.2, 0.45, 0.9)
-"""Changes of the logarithm of a fixed parameter that are tried: factors from 0.4 to 2.5."""
-_FITTED, _STEPS = 3, 10
-"""Number of the most likely fixed parameters that are freed in turn; steps of each search, enough to rank them."""
 
 
 class Misfit(NamedTuple):
@@ -113,9 +110,6 @@ def misfit(
     The score (the slope of the likelihood by a fixed parameter) is unreliable far from the maximum, where a failed fit
     may have ended. Every fixed parameter is therefore set to other values, with the estimated noises and with the free
     parameters at the end and at the start of the search; the best ones are then fitted together with the others.
-
-    Args:
-        held: names of fixed parameters that may be wrong, all positive
     """
     samples = sum(len(each.inputs) for each in experiments)
     tried = [_best(search, estimate, experiments, name) for name in held if name not in estimate.names]
@@ -144,3 +138,7 @@ def _best(
     costs = [wider.cost(place, experiments) for place in places]
     least = int(np.argmin(costs))
     return costs[least], name, places[least], wider
+
+
+# Number of the most likely fixed parameters that are freed in turn; steps of each search, enough to rank them
+_FITTED, _STEPS = 3, 10

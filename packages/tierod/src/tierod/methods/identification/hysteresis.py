@@ -16,6 +16,7 @@ from tierod.methods.identification.lock_to_lock import (
     Loop,
     Motion,
     Noise,
+    PreSliding,
     WorkBalance,
     closed_loops,
     half_width,
@@ -24,13 +25,13 @@ from tierod.methods.identification.lock_to_lock import (
     noise_of,
     path_deviation,
     path_over,
+    pre_sliding,
     slope,
     smoothed,
     work_balance,
 )
-from tierod.methods.identification.pre_sliding import PreSliding, pre_sliding
-from tierod.models.steering_wheel import BelowBarParameters
-from tierod.physics.steering_ratio import torsion_bar_twist
+from tierod.models.steering_column import BelowBarParameters
+from tierod.physics.steering import torsion_bar_twist
 from tierod.vehicles import Vehicle
 from tierod.vehicles.classes import held_deviation
 
@@ -87,56 +88,38 @@ class HysteresisIdentification:
     wheel less the twist of the bar, against inertia and damping below. The twist hardly changes the work over a closed
     loop, but would appear as pre-sliding at the reversals.
 
-    Args:
-        motor_gear_ratio: motor angle per steering wheel angle, n [-]
-        inertia: J_eq below the torsion bar at the steering wheel axis [kg m^2]
-        damping: B_eq below the torsion bar at the steering wheel axis [N m s/rad]
-        damping_deviation: its standard deviation [N m s/rad], for the uncertainty at the mean rate
-        minimum_stroke: smallest angle from lock to lock [rad]; road cars have 2 to 3.5 turns, less a margin of half a
-            turn
-        closing_tolerance: largest gap between both ends of a loop [rad]; it gives an error of 2 mN m for 1 N m/rad
-        maximum_rate: fastest turn [rad/s]; above it the viscous torque is no longer small against friction
-        maximum_speed: of the vehicle [m/s]; above it the wheels roll and the test is invalid
-        sampling_rate: of the resampled signals [Hz]
-        maximum_age: longest gap in a channel [s]
-        noise_angle: smallest motion that counts as a reversal [rad]
-        noise_reversals: the same over the noise of the smoothed angle [-]; the range of some thousand readings
-        sure_reversal: motion that certainly is a reversal [rad]; smaller ones are part of the deviation, since slow
-            noise may be their cause
-        largest_angle_noise: noise of the angle above which reversals are not found reliably [rad]
-        unseen_build_up: pre-sliding angle for the uncertainty where the reversals show none [rad]; each reversal loses
-            the work of twice this angle
-        torsion_bar_stiffness: [N m/rad]; infinite for a rigid bar
-
     Source: Mohtat et al., appendix A, eqs (15) to (17); read as J/2 * (rate_2^2 - rate_1^2) in (16).
     """
 
-    motor_gear_ratio: float
-    inertia: float
-    damping: float
-    damping_deviation: float
+    motor_gear_ratio: float  # motor angle per steering wheel angle, n [-]
+    inertia: float  # J_eq below the torsion bar at the steering wheel axis [kg m^2]
+    damping: float  # B_eq below the torsion bar at the steering wheel axis [N m s/rad]
+    damping_deviation: float  # its standard deviation [N m s/rad], for the uncertainty at the mean rate
+    # smallest angle from lock to lock [rad]; road cars have 2 to 3.5 turns, less a margin of half a turn
     minimum_stroke: float = math.radians(540.0)
+    # largest gap between both ends of a loop [rad]; it gives an error of 2 mN m for 1 N m/rad
     closing_tolerance: float = math.radians(5.0)
-    maximum_rate: float = 6.0
-    maximum_speed: float = 0.3
-    sampling_rate: float = 100.0
-    maximum_age: float = 0.1
-    noise_angle: float = math.radians(3.0)
+    maximum_rate: float = 6.0  # fastest turn [rad/s]; above it the viscous torque is no longer small against friction
+    maximum_speed: float = 0.3  # of the vehicle [m/s]; above it the wheels roll and the test is invalid
+    sampling_rate: float = 100.0  # of the resampled signals [Hz]
+    maximum_age: float = 0.1  # longest gap in a channel [s]
+    noise_angle: float = math.radians(3.0)  # smallest motion that counts as a reversal [rad]
+    # the same over the noise of the smoothed angle [-]; the range of some thousand readings
     noise_reversals: float = 8.0
+    # motion that certainly is a reversal [rad]; smaller ones are part of the deviation, since slow noise may be
+    # their cause
     sure_reversal: float = math.radians(30.0)
-    largest_angle_noise: float = 0.1
+    largest_angle_noise: float = 0.1  # noise of the angle above which reversals are not found reliably [rad]
+    # pre-sliding angle for the uncertainty where the reversals show none [rad]; each reversal loses the work of
+    # twice this angle
     unseen_build_up: float = math.radians(1.0)
-    torsion_bar_stiffness: float = math.inf
+    torsion_bar_stiffness: float = math.inf  # [N m/rad]; infinite for a rigid bar
 
     @classmethod
     def of_vehicle(cls, vehicle: Vehicle, sampling_rate: float = 100.0) -> HysteresisIdentification:
         """The identification with the parameters of a vehicle.
 
-        Args:
-            sampling_rate: of the resampled signals [Hz]
-
-        Raises:
-            ParameterError: the vehicle file lacks a parameter; the message names it
+        Args: sampling_rate: of the resampled signals [Hz].
         """
         below = vehicle.parameters_for(BelowBarParameters)
         # Torques of an uncalibrated vehicle are in counts, to which a stiffness in N*m/rad does not apply.
@@ -153,15 +136,8 @@ class HysteresisIdentification:
     def identify(self, recording: Recording, support: Support) -> HysteresisFriction:
         """Friction over the closed loops of a recording.
 
-        Args:
-            recording: with steering_wheel_angle, driver_torque and motor_torque; steering_wheel_rate and vehicle_speed
-                if available (without the rate the angle is differentiated)
-            support: "hoist" or "ground"
-
-        Raises:
-            InputError: a channel is absent or has gaps, the vehicle moves, the turn is too fast, too small, does not
-                close, or its work is negative (a wrong sign)
-            ParameterError: support is neither "hoist" nor "ground"
+        Args: recording: with steering_wheel_angle, driver_torque and motor_torque; steering_wheel_rate and
+        vehicle_speed if available (without the rate the angle is differentiated).
         """
         if support not in ("hoist", "ground"):
             raise ParameterError(f"support is '{support}', but a lock-to-lock test stands on 'hoist' or 'ground'")
@@ -326,14 +302,7 @@ class HysteresisIdentification:
 def friction_increase(
     faulted: HysteresisFriction, unfaulted: HysteresisFriction | Sequence[HysteresisFriction]
 ) -> Estimate:
-    """Increase of friction from the fault-free to the faulted state of one vehicle.
-
-    Args:
-        unfaulted: of the same vehicle on the same support before, one or several recordings (their mean is taken)
-
-    Raises:
-        ParameterError: no fault-free loop, or one taken on another support (tyre scrub would not cancel)
-    """
+    """Increase of friction from the fault-free to the faulted state of one vehicle."""
     healthy = [unfaulted] if isinstance(unfaulted, HysteresisFriction) else list(unfaulted)
     if not healthy or any(one.support != faulted.support for one in healthy):
         given = ", ".join(one.support for one in healthy) or "none"

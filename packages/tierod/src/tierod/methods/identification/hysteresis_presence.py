@@ -12,11 +12,9 @@ from tierod.core.errors import InputError
 from tierod.physics.friction import dahl_update
 
 _SMALLEST = 1e-6  # singular value over the largest, below which columns count as dependent
-
-
+# Smallest explained share for the presence of hysteresis [-]. Simulated cars without friction reach 0.08, since not
+# only friction depends on the direction of motion; with 2 to 8 N*m of friction they have 0.7 to 0.9.
 SMALLEST_SHARE = 0.1
-"""Smallest explained share for the presence of hysteresis [-]. Simulated cars without friction reach 0.08, since not
-only friction depends on the direction of motion; with 2 to 8 N*m of friction they have 0.7 to 0.9."""
 
 
 @dataclass(frozen=True)
@@ -43,21 +41,16 @@ class HysteresisPresenceTest:
     and motor overcome friction together, in a ratio that need not be known; each alone shows little of it, since the
     assist makes one a function of the other.
 
-    Args:
-        dahl_angle: assumed build-up angle of friction [rad]; within a factor of three of the truth the result hardly
-            changes
-        shifts: number of copies of the build-up, shifted cyclically; by chance the largest of n is exceeded once in
-            n + 1
-        smallest_shift: smallest shift over the length of the recording [-]; strokes must be shorter than it
-        shortest: shortest recording [s]; a shorter one has too few strokes
-
     Source: own; a permutation test on the regression that Dahl's law of friction suggests (AIAA J. 14, 1976, 1675).
     """
 
+    # assumed build-up angle of friction [rad]; within a factor of three of the truth the result hardly changes
     dahl_angle: Annotated[float, "rad"] = math.radians(1.0)
+    # number of copies of the build-up, shifted cyclically; by chance the largest of n is exceeded once in n + 1
     shifts: int = 40
+    # smallest shift over the length of the recording [-]; strokes must be shorter than it
     smallest_shift: Annotated[float, ""] = 0.1
-    shortest: Annotated[float, "s"] = 20.0
+    shortest: Annotated[float, "s"] = 20.0  # shortest recording [s]; a shorter one has too few strokes
 
     def test(
         self,
@@ -70,14 +63,8 @@ class HysteresisPresenceTest:
     ) -> HysteresisPresence:
         """The result for one recording.
 
-        Args:
-            time: [s], uniform, shape (n,) like all others
-            steering_wheel_angle: [rad]
-            steering_wheel_rate: [rad/s]
-            lateral_acceleration: [m/s**2]
-
-        Raises:
-            InputError: the recording is too short, or the driver's torque or the angle does not change
+        Args: time [s], uniform, shape (n,) like all others; steering_wheel_angle [rad]; steering_wheel_rate [rad/s];
+        lateral_acceleration [m/s**2].
         """
         others = np.column_stack([np.ones_like(time), steering_wheel_angle, steering_wheel_rate, lateral_acceleration])
         torques = np.column_stack([driver_torque, motor_torque])

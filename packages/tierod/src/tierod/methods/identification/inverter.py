@@ -11,13 +11,12 @@ import numpy as np
 from tierod.core.errors import InputError, ParameterError, nearest
 from tierod.core.recording import Recording
 from tierod.methods.identification.experiment import INTERVAL, UNKNOWN_BEFORE, Found
-from tierod.methods.identification.motor_recording import MotorRecording, motor_recording
+from tierod.methods.identification.motor_electrical import MotorRecording, motor_recording
 from tierod.methods.identification.motor_slips import refuse_slips
-from tierod.physics.clarke_park import StatorVector
-from tierod.physics.inverter import phase_signs
+from tierod.physics.motor import StatorVector, phase_signs
 
+# Length of the windows of the voltage balance [s]: longer than the noise of a current, short against a turn
 WINDOW = 2e-3
-"""Length of the windows of the voltage balance [s]: longer than the noise of a current, short against a turn."""
 BLOCK = 50  # Number of consecutive windows whose residuals may be correlated: a tenth of a second
 KNEES = (0.02, 50.0)  # Limits of the search for the knee current [A]
 _STEP = 1e-3  # Step of the logarithm of the knee for its derivative
@@ -58,13 +57,7 @@ def identify_inverter(recordings: Sequence[MotorRecording], pole_pairs: float) -
     The voltage balance over short windows is linear in everything except the knee: the other coefficients follow from
     each knee, and the knee minimises the residuals. Standard deviations allow for correlation over `BLOCK` windows.
 
-    Args:
-        recordings: with commands in place of voltages, of one motor
-
-    Raises:
-        InputError: the recordings are too short
-
-    Source: lost_voltage of `tierod.physics.inverter` in Reinelt et al., eqs (17), (18), integrated over a window.
+    Source: lost_voltage of `tierod.physics.motor` in Reinelt et al., eqs (17), (18), integrated over a window.
     """
     from scipy.optimize import minimize_scalar
 
@@ -147,10 +140,9 @@ def _deviations(windows: _Windows, knee: float, values: np.ndarray) -> np.ndarra
 
 
 NAMES = ("inverter_voltage_loss", "inverter_knee_current")  # Names of the parameters in a vehicle file
-
 SEEN = 4.0  # Smallest significant loss, in standard deviations
+# Residual with a loss over that without, above which no loss is found [-]; a knee above all currents is a resistor
 WORTH = 0.95
-"""Residual with a loss over that without, above which no loss is found [-]; a knee above all currents is a resistor."""
 VAGUE = 0.3  # Standard deviation of the knee's logarithm above which the knee is not identified
 UNEXPLAINED = 0.1  # Largest unexplained share of the command [-]: a fault-free bench has 0.01 to 0.02
 
@@ -185,16 +177,8 @@ def identified_inverter(
 ) -> InverterIdentification:
     """Loss and knee of an inverter from recordings of its commands.
 
-    Args:
-        recordings: by name, with currents, commanded voltages and the motor's angle
-        free: those of `NAMES` to be identified; both by default
-        before: value and standard deviation in the vehicle file, by name
-        expected: resistance [ohm], inductance [H] and flux [V s] of the motor, to detect wrong signs, phases and pole
-            pairs; None for no such check
-
-    Raises:
-        ParameterError: an unknown parameter
-        InputError: recordings that cannot be used, or whose signals contradict each other
+    Args: free: those of `NAMES` to be identified; both by default; expected: resistance [ohm], inductance [H] and flux
+    [V s] of the motor, to detect wrong signs, phases and pole pairs; None for no such check.
     """
     for name in free:
         if name not in NAMES:

@@ -1,4 +1,4 @@
-"""Closed lock-to-lock loops of a steering wheel, and the work balance over them (Mohtat et al., eqs 15 to 17)."""
+"""Loops of a lock-to-lock test: their work, friction and pre-sliding."""
 
 from __future__ import annotations
 
@@ -11,13 +11,12 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from tierod.core.errors import InputError
-from tierod.methods.analysis.noise import differences, fresh
+from tierod.methods.analysis.consistency import differences, fresh
 
+# Time over which a parabola follows the turning wheel; hands turn it at some 2 Hz at most
 SMOOTHING: Annotated[float, "s"] = 0.25
-"""Time over which a parabola follows the turning wheel; hands turn it at some 2 Hz at most."""
-
+# Least number of readings from which the noise of a part of a recording is taken; it is then known to 10 %
 LEAST_READINGS = 50
-"""Least number of readings from which the noise of a part of a recording is taken; it is then known to 10 %."""
 
 
 @dataclass(frozen=True)
@@ -47,10 +46,8 @@ def path_over(angle: np.ndarray, loops: Iterable[Loop]) -> float:
 def path_deviation(course: np.ndarray, loops: Sequence[Loop], noise: float, sure_reversal: float) -> float:
     """Standard deviation of the path by noise at the ends of the strokes, and by reversals that may be noise [rad].
 
-    Args:
-        course: smoothed angle, shape (n,) [rad]
-        noise: standard deviation of the noise that it still contains [rad]
-        sure_reversal: return that is a reversal for certain [rad]
+    Args: course: smoothed angle, shape (n,) [rad]; noise: standard deviation of the noise that it still contains [rad];
+    sure_reversal: return that is a reversal for certain [rad].
     """
     sure = set(turning_points(course, sure_reversal))
     at_ends = 4.0 * noise * sum(len(each.turning_points) for each in loops)
@@ -61,9 +58,7 @@ def path_deviation(course: np.ndarray, loops: Sequence[Loop], noise: float, sure
 def turning_points(angle: np.ndarray, least_return: float) -> list[int]:
     """Indices of the extremes of an angle, each followed by a return of at least `least_return`.
 
-    Args:
-        angle: shape (n,), without NaN [rad]
-        least_return: smallest return that is not noise [rad]
+    Args: angle: shape (n,), without NaN [rad]; least_return: smallest return that is not noise [rad].
     """
     found: list[int] = []
     lowest = highest = 0
@@ -88,14 +83,9 @@ def closed_loops(angle: np.ndarray, minimum_stroke: float, tolerance: float, lea
     A loop starts where the wheel starts to move (or where the last loop ended), visits both locks, and ends where it
     is closest to its start. Samples after the last closed loop are left out.
 
-    Args:
-        angle: steering wheel angle, shape (n,), without NaN [rad]
-        minimum_stroke: smallest distance between the locks [rad]
-        tolerance: largest difference of the angles at both ends, and of lock visits [rad]
-        least_return: smallest motion that is not noise [rad]
-
-    Raises:
-        InputError: the stroke is too small for a lock-to-lock test, or no loop closes
+    Args: angle: steering wheel angle, shape (n,), without NaN [rad]; minimum_stroke: smallest distance between the
+    locks [rad]; tolerance: largest difference of the angles at both ends, and of lock visits [rad]; least_return:
+    smallest motion that is not noise [rad].
     """
     lowest, highest = float(np.min(angle)), float(np.max(angle))
     if highest - lowest < minimum_stroke:
@@ -187,13 +177,8 @@ def work_balance(loop: Loop, motion: Motion, inertia: float, damping: float) -> 
     Noise of the angle is independent of the torques and leaves their work unbiased. A rate derived from the angle
     shares its noise, so the viscous work is taken over the smoothed angle.
 
-    Args:
-        motion: signals, without NaN
-        inertia: J_eq at the steering wheel axis, below the bar [kg m^2]
-        damping: B_eq at the steering wheel axis, below the bar [N m s/rad]
-
-    Raises:
-        InputError: the work is negative, so that a sign is wrong
+    Args: motion: signals, without NaN; inertia: J_eq at the steering wheel axis, below the bar [kg m^2]; damping: B_eq
+    at the steering wheel axis, below the bar [N m s/rad].
     """
     time, angle, course, rate, driver, motor = motion
     total = driver + motor - damping * rate
@@ -262,9 +247,7 @@ class Noise(NamedTuple):
 def noise_of(values: np.ndarray, time: np.ndarray) -> Noise:
     """Noise of the readings of a signal, and the jitter of their time stamps.
 
-    Args:
-        values: readings on a grid, shape (n,), without NaN
-        time: of the grid [s], shape (n,)
+    Args: values: readings on a grid, shape (n,), without NaN; time: of the grid [s], shape (n,).
     """
     readings = fresh(values)
     if len(readings) < 2 * LEAST_READINGS:
@@ -309,3 +292,92 @@ def slope(values: np.ndarray, time: np.ndarray) -> np.ndarray:
     if count < 3:
         return np.zeros_like(values)
     return np.asarray(savgol_filter(values, count, 2, deriv=1, delta=(time[-1] - time[0]) / (len(time) - 1)))
+
+
+@dataclass(frozen=True)
+class PreSliding:
+    """The Dahl angle from the reversals of a loop."""
+
+    angle: float  # motion after which the reversal of friction has reached 1 - 1/e [rad]
+    standard_deviation: float  # of the mean over the reversals [rad]
+    reversals: int
+
+
+def pre_sliding(
+    angle: np.ndarray,
+    torque: np.ndarray,
+    corners: list[int],
+    friction_torque: float,
+    window: float = math.radians(30.0),
+    smallest: float = math.radians(0.1),
+    largest: float = math.radians(10.0),
+) -> PreSliding | None:
+    """Fit torque = c0 + c1*d - sign*2*F*exp(-d/s) to the motion d after each reversal.
+
+    A reversal counts if the fitted jump is 2 F within 30 % (otherwise an end stop or tyre torsion interferes) and the
+    angle is within its bounds.
+
+    Source: Dahl's law with exponent 1 at constant direction: F*(1 - 2*exp(-d/s)) after a reversal from full friction.
+
+    Args: angle: steering wheel angle [rad], shape (n,); torque: without inertial and viscous torque [N m], shape (n,);
+    friction_torque: from the work balance [N m]; window: motion after a reversal that the fit uses [rad]; smallest,
+    largest: bounds of the Dahl angle [rad].
+
+    Returns:
+        the angle, or None if no reversal counts
+    """
+    from scipy.signal import savgol_filter
+
+    if len(angle) < 11:
+        return None
+    smooth = savgol_filter(angle, 11, 2)
+    found: list[_Fit] = []
+    for begin, end in pairwise(corners[1:]):
+        direction = 1.0 if angle[end] > angle[begin] else -1.0
+        around = slice(max(begin - 15, 0), begin + 15)
+        begin = around.start + int(np.argmin(direction * smooth[around]))
+        motion = np.maximum.accumulate(direction * (smooth[begin : end + 1] - smooth[begin]))
+        count = int(np.searchsorted(motion, window))
+        if count < 12 or motion[count - 1] < 0.5 * window:
+            continue
+        fitted = _fit(motion[:count], direction * torque[begin : begin + count], smallest, largest)
+        if fitted is not None and abs(fitted.jump / (2.0 * friction_torque) - 1.0) < 0.3:
+            found.append(fitted)
+    if not found:
+        return None
+    angles = [fit.angle for fit in found]
+    spread = float(np.std(angles, ddof=1)) if len(found) > 1 else 0.0
+    within = float(np.sqrt(np.mean([fit.deviation**2 for fit in found])))
+    return PreSliding(float(np.mean(angles)), max(spread, within) / math.sqrt(len(found)), len(found))
+
+
+class _Fit(NamedTuple):
+    angle: float
+    deviation: float
+    jump: float
+
+
+def _fit(motion: np.ndarray, torque: np.ndarray, smallest: float, largest: float) -> _Fit | None:
+    """The least-squares fit; None if the angle is at a bound."""
+    candidates = np.geomspace(smallest, largest, 60)
+    errors = [_at(motion, torque, candidate)[0] for candidate in candidates]
+    best = int(np.argmin(errors))
+    if best in (0, len(candidates) - 1):
+        return None
+    finer = np.geomspace(candidates[best - 1], candidates[best + 1], 41)
+    angle = float(finer[int(np.argmin([_at(motion, torque, candidate)[0] for candidate in finer]))])
+    error, jump = _at(motion, torque, angle)
+    slope = -jump * np.exp(-motion / angle) * motion / angle**2
+    columns = np.column_stack([_columns(motion, angle), slope])
+    inverse = np.linalg.pinv(columns.T @ columns)
+    return _Fit(angle, math.sqrt(error / max(len(motion) - 4, 1) * float(inverse[3, 3])), jump)
+
+
+def _columns(motion: np.ndarray, angle: float) -> np.ndarray:
+    return np.column_stack([np.ones_like(motion), motion, -np.exp(-motion / angle)])
+
+
+def _at(motion: np.ndarray, torque: np.ndarray, angle: float) -> tuple[float, float]:
+    columns = _columns(motion, angle)
+    solution, *_ = np.linalg.lstsq(columns, torque, rcond=None)
+    return float(np.sum((columns @ solution - torque) ** 2)), float(solution[2])

@@ -19,16 +19,15 @@ import numpy as np
 from tierod.core.block import Block
 from tierod.core.graph import scan
 
+# Function that gives, at a place and for the recording of a number, the whitened innovations and the logarithms of
+# their standard deviations, (n, 2 outputs)
 Scored = Callable[[np.ndarray, int], np.ndarray]
-"""Function that gives, at a place and for the recording of a number, the whitened innovations and the logarithms of
-their standard deviations, (n, 2 outputs)."""
-
+# Largest decrease of the cost that an undamped step may still predict at convergence: the minimum is then within half a
+# standard deviation in every direction. A search that stops farther off has not converged.
 NEAR = 0.125
-"""Largest decrease of the cost that an undamped step may still predict at convergence: the minimum is then within half
-a standard deviation in every direction. A search that stops farther off has not converged."""
+# Largest step of a coordinate, within which the derivatives are valid: a factor of 2.7 of a logarithm, or one prior
+# standard deviation
 LARGEST = 1.0
-"""Largest step of a coordinate, within which the derivatives are valid: a factor of 2.7 of a logarithm, or one prior
-standard deviation."""
 
 
 class Place(NamedTuple):
@@ -149,8 +148,8 @@ class MapSearch:
 STEP = 1e-3  # Step of the finite differences [prior standard deviations]
 ENOUGH = 0.02  # Predicted increase of the log-posterior below which a search ends [nat]
 PATIENCE = 4  # Number of steps that end a search if they together gain less than the required increase, see `MapSearch`
+# Upper limit of the effective number of measurements: beyond it, errors of the model determine the accuracy
 TRUSTED = 6000.0
-"""Upper limit of the effective number of measurements: beyond it, errors of the model determine the accuracy."""
 
 
 @dataclass(frozen=True)
@@ -204,9 +203,9 @@ class Posterior(NamedTuple):
         return {prior.name: prior.spread(float(x), float(share)) for prior, x, share in each}
 
 
+# Function that gives the block of a recording (by index) with parameters by name. The first outputs of the block are
+# whitened innovations, followed by the logarithms of their standard deviations.
 Built = Callable[[dict[str, float], int], Block]
-"""Function that gives the block of a recording (by index) with parameters by name. The first outputs of the block are
-whitened innovations, followed by the logarithms of their standard deviations."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -249,9 +248,8 @@ class Search:
     ) -> Posterior:
         """The most probable parameters.
 
-        Args:
-            start: place where the search starts; the prior values by default
-            enough: predicted increase of the log-posterior below which the search ends [nat]
+        Args: start: place where the search starts; the prior values by default; enough: predicted increase of the
+        log-posterior below which the search ends [nat].
         """
         place = np.zeros(len(self.priors)) if start is None else start
         end = self.search.descend(place, enough, progress=lambda steps: progress(min(steps / 12.0, 0.95)))
@@ -267,10 +265,6 @@ def considering(
     """The posterior with the additional covariance by fixed parameters and model errors.
 
     An error of a fixed parameter shifts the most probable place, and recordings do not reduce it (consider parameters).
-
-    Args:
-        held: priors of the parameters that were fixed at their values
-        model_errors: standard deviations by name of a parameter, relative for positive parameters
 
     Source: Schmidt, Application of state-space methods to navigation problems, Advances in Control Systems 3, 1966.
     """

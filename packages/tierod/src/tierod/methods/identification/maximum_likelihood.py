@@ -14,12 +14,18 @@ from tierod.core.block import Model, Scalar, Tree, rebuild, skeleton, values_of
 from tierod.core.graph import scan
 from tierod.core.graph.analysis import jacobian
 from tierod.core.graph.maths import log, present, select, sqrt, where
-from tierod.methods.estimators.kernels import correct_in_turn, predict_covariance, usable
-from tierod.methods.estimators.linear_algebra import Vector, dot, from_diagonal, plus
+from tierod.methods.estimators.kernels import (
+    Vector,
+    correct_in_turn,
+    dot,
+    from_diagonal,
+    plus,
+    predict_covariance,
+    usable,
+)
 from tierod.methods.estimators.shapes import Belief, leaf_values, sample_class
-from tierod.methods.identification.experiment import Estimate, Experiment, Free, with_values
+from tierod.methods.identification.experiment import Estimate, Experiment, Free, sandwich, with_values
 from tierod.methods.identification.map_search import End, MapSearch
-from tierod.methods.identification.regression import sandwich
 
 Rows = tuple[tuple[Scalar, ...], ...]
 
@@ -55,7 +61,6 @@ class Simulation:
 
     @property
     def Sample(self) -> type:
-        """NamedTuple class of the model's inputs."""
         kind: type = self.model.Input
         return kind
 
@@ -104,26 +109,21 @@ class Innovations:
     The likelihood of a sample is the product over its outputs, each given those before it. It is valid for correlated
     outputs, and a missing one (NaN) adds no factor. A missing input holds the state.
 
-    Args:
-        parameters: of the model; its floats are tuning
-        input_variance: of the unrecorded part of every input, per sample
-        tangent: model for the Jacobians of the covariance; the model itself by default. One with smoothed kinks makes
-            the likelihood a smooth function of the parameters
-
     Source: F. C. Schweppe, IEEE TIT 11 (1965) 61; L. Ljung, System Identification (1999), section 7.4.
     """
 
     model: Model
-    parameters: Tree
+    parameters: Tree  # of the model; its floats are tuning
     initial_mean: Tree
     initial_variance: Tree
-    input_variance: Tree
+    input_variance: Tree  # of the unrecorded part of every input, per sample
     measurement_variance: Tree
+    # model for the Jacobians of the covariance; the model itself by default. One with smoothed kinks makes the
+    # likelihood a smooth function of the parameters
     tangent: Model | None = None
 
     @property
     def Sample(self) -> type:
-        """NamedTuple class with `input` and `measured`."""
         return sample_class(self.model, ())
 
     def init(self) -> Belief:
@@ -186,9 +186,9 @@ class MaximumLikelihood:
     # largest number of further searches if one has not converged: from the start, then from the best place
     begin_again: int = 2
 
+    # Step of the finite differences in the coordinates of the search. It shifts the result by half of it, far less
+    # than a standard deviation, and is a million times the rounding errors of a run.
     STEP = 1e-5
-    """Step of the finite differences in the coordinates of the search. It shifts the result by half of it, far less
-    than a standard deviation, and is a million times the rounding errors of a run."""
     ENOUGH = 0.01  # A smaller decrease of the cost ends the search
     LEAST_NOISE = 1e-2  # Lower limit of the noises, over those at the start [-]
 
@@ -242,8 +242,7 @@ class MaximumLikelihood:
     ) -> Estimate:
         """The maximum-likelihood estimate.
 
-        Args:
-            start: place near the maximum, from which the last part of the search starts; None for the whole search
+        Args: start: place near the maximum, from which the last part of the search starts; None for the whole search.
         """
         place, steps, done = self.start() if start is None else np.array(start, float), 0, 0.0
         if start is None:

@@ -11,15 +11,20 @@ import numpy as np
 from tierod.core.errors import InputError, ParameterError, nearest
 from tierod.core.recording import Recording
 from tierod.methods.identification.experiment import UNKNOWN, UNKNOWN_BEFORE, Found
-from tierod.methods.identification.motor_electrical import Electrical, Value, identify_electrical
+from tierod.methods.identification.motor_electrical import (
+    Electrical,
+    MotorRecording,
+    Value,
+    identify_electrical,
+    motor_recording,
+)
 from tierod.methods.identification.motor_mechanical import Mechanical, identify_mechanical, torque_ratio
-from tierod.methods.identification.motor_recording import MotorRecording, motor_recording
 from tierod.methods.identification.motor_slips import in_time, refuse_slips
 from tierod.models.stator_frame_motor import MotorParameters
-from tierod.physics.pm_motor import COPPER, NEODYMIUM, REFERENCE_TEMPERATURE, flux_at
+from tierod.physics.motor import COPPER, NEODYMIUM, REFERENCE_TEMPERATURE, flux_at
 
+# Unexplained share of the voltage above which the motor model is wrong [-]: a fault-free bench has below 0.03
 UNEXPLAINED = 0.25
-"""Unexplained share of the voltage above which the motor model is wrong [-]: a fault-free bench has below 0.03."""
 
 
 class Unidentified(NamedTuple):
@@ -56,19 +61,20 @@ class MotorIdentification:
 
 ROOM = 15.0  # Standard deviation of an unrecorded temperature about 20 degrees Celsius [K]
 SENSOR = 1.0  # Standard deviation of a recorded temperature of the winding [K]
+# Standard deviation of the magnets' temperature about that of the winding at the start of a recording [K]
 MAGNETS = 5.0
-"""Standard deviation of the magnets' temperature about that of the winding at the start of a recording [K]."""
 _TURNED = 1.0  # Smallest total rotation of the shaft for an identification of its mechanics [rad]
 _ZERO = 0.02  # Electrical angle of the sensor's zero above which there is a remark [rad]
 _TORQUE = 0.03  # Relative difference of measured torque and that of flux and current above which there is a remark [-]
+# RMS of the sum of the phase currents over that of a phase, above which there is a remark [-]; sensor noise: 0.1
 _PHASE_SUM = 0.2
-"""RMS of the sum of the phase currents over that of a phase, above which there is a remark [-]; sensor noise: 0.1."""
+# Unexplained share of the voltage above which there is a remark [-]: fault-free recordings have 0.01 to 0.03
 _CLEAN = 0.05
-"""Unexplained share of the voltage above which there is a remark [-]: fault-free recordings have 0.01 to 0.03."""
+# Factor within which two ratios count as equal; factor of a winding's resistance from -40 to 120 degrees to that at 20
+# degrees Celsius
 _ALIKE, _WARMTH = 1.15, 1.5
-"""Factor within which two ratios count as equal; factor of a winding's resistance from -40 to 120 degrees to that at 20
-degrees Celsius."""
 
+# Test that excites each parameter
 CURES = {
     "motor_resistance": "currents that change while the motor stands or turns slowly",
     "motor_inductance": "currents that change fast, or turning under a load that changes",
@@ -79,7 +85,6 @@ CURES = {
     "motor_friction": "turning to and fro over the same angles",
     "motor_friction_stiffness": "reversals of the direction, many of them slow",
 }
-"""Test that excites each parameter."""
 
 Progress = Callable[[float], None]
 
@@ -100,14 +105,8 @@ def identify_motor(
 ) -> MotorIdentification:
     """Parameters of a permanent-magnet motor from recordings of a drive or a bench.
 
-    Args:
-        parameters: of the motor, as the scale on which a parameter counts as identified; the pole pairs are fixed
-        free: wanted parameters; by default all that the recordings identify
-        before: value and standard deviation in the vehicle file, by name, for the table
-
-    Raises:
-        ParameterError: an unknown parameter
-        InputError: recordings that cannot be used, or do not identify a wanted parameter
+    Args: parameters: of the motor, as the scale on which a parameter counts as identified; the pole pairs are fixed;
+    free: wanted parameters; by default all that the recordings identify.
     """
     for name in free:
         if name not in CURES:
@@ -139,7 +138,6 @@ def identify_motor(
 
 
 def _require_wanted(unidentified: Sequence[Unidentified], free: Sequence[str]) -> None:
-    """Raise InputError if the recordings do not identify a wanted parameter."""
     for each in unidentified:
         if each.name in free:
             raise InputError(
@@ -224,17 +222,16 @@ def _unidentified(name: str, electrical: Electrical, mechanical: Mechanical | No
     return Unidentified(name, why, CURES[name])
 
 
+# Reasons why a parameter of the shaft is not identified
 _LACKING = {
     "motor_inertia": "the shaft hardly accelerates, or a load acts like the inertia",
     "motor_damping": "the speeds are too similar, or there is hardly any damping",
     "motor_friction": "the shaft does not go to and fro over the same angles, so that a load may hide it",
     "motor_friction_stiffness": "there are too few reversals",
 }
-"""Reasons why a parameter of the shaft is not identified."""
 
 
 def _doubts(seen: Sequence[MotorRecording], electrical: Electrical, parameters: MotorParameters) -> Iterator[str]:
-    """Remarks on suspicious recordings that the motor model explains nevertheless."""
     for each in seen:
         if each.phase_sum > _PHASE_SUM:
             yield (

@@ -9,20 +9,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tierod.methods.identification.motor_electrical import Electrical, Value
-from tierod.methods.identification.motor_recording import MotorRecording
-from tierod.methods.identification.regression import Modulation, Rows, regress
+from tierod.methods.identification.experiment import Modulation, Rows, regress
+from tierod.methods.identification.motor_electrical import Electrical, MotorRecording, Value
 from tierod.physics.friction import dahl_update
-from tierod.physics.pm_motor import torque_constant
+from tierod.physics.motor import torque_constant
 
+# Time step to which signals are averaged [s], short against the motion of a rotor; length of a window [s]
 _STEP, _WINDOW = 1e-3, 0.04
-"""Time step to which signals are averaged [s], short against the motion of a rotor; length of a window [s]."""
+# Largest number of intervals in which a load is linear in the angle; their smallest width [rad]
 _KNOTS, _APART = 32, 0.1
-"""Largest number of intervals in which a load is linear in the angle; their smallest width [rad]."""
 _REACHES = (2e-3, 0.5)  # Smallest and largest angle of the build-up of dry friction [rad]
 _SLOTS = 6.0  # Periods of the cogging torque per electrical turn, for the usual 3 slots per pole pair
+# Relative uncertainty of the stiffness, by reversals between averaged samples [-]: the effect of a doubled step
 _SAMPLED = 0.005
-"""Relative uncertainty of the stiffness, by reversals between averaged samples [-]: the effect of a doubled step."""
 _MOVED = 1e-2  # Relative step of the build-up angle for its derivative
 
 

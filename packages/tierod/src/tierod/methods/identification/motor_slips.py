@@ -9,21 +9,20 @@ from typing import NamedTuple
 import numpy as np
 
 from tierod.core.errors import InputError
-from tierod.methods.identification.motor_electrical import electrical_fit, held_fit
-from tierod.methods.identification.motor_recording import MotorRecording
+from tierod.methods.identification.motor_electrical import MotorRecording, electrical_fit, held_fit
 
 _MOST = 30_000  # Number of samples from the middle of a recording that are checked
+# Unexplained share of the voltage above which mistakes are tried, since swapped currents of a fast motor leave only a
+# fifth; share above which the recording is wrong in any case; residual with a mistake corrected over that without,
+# below which the mistake is reported [-]
 _LOOKED_INTO, _UNEXPLAINED, _BETTER = 0.05, 0.25, 0.4
-"""Unexplained share of the voltage above which mistakes are tried, since swapped currents of a fast motor leave only a
-fifth; share above which the recording is wrong in any case; residual with a mistake corrected over that without, below
-which the mistake is reported [-]."""
 _SURE = 3.0  # Standard deviations by which a resistance must be negative to be reported
 _POLE_PAIRS = range(1, 13)  # Candidate numbers of pole pairs
+# Candidate delays of the voltages [samples], if they belong to the step after or about a sample
 _LATE = (-1.0, -0.5, 0.5, 1.0)
-"""Candidate delays of the voltages [samples], if they belong to the step after or about a sample."""
+# Residual with shifted voltages over that without, below which they are shifted [-]. The averaging of two samples by a
+# shift of half a sample must not count as an improvement.
 _IN_TIME = 0.9
-"""Residual with shifted voltages over that without, below which they are shifted [-]. The averaging of two samples by a
-shift of half a sample must not count as an improvement."""
 
 
 class _Slip(NamedTuple):
@@ -34,11 +33,7 @@ class _Slip(NamedTuple):
 def refuse_slips(seen: MotorRecording, pole_pairs: float, expected: tuple[float, float, float]) -> None:
     """Check that currents, voltages and angle are consistent.
 
-    Args:
-        expected: resistance [ohm], inductance [H] and flux [V s] of the vehicle file
-
-    Raises:
-        InputError: currents of the opposite sign, or another mistake whose correction explains the voltages far better
+    Args: expected: resistance [ohm], inductance [H] and flux [V s] of the vehicle file.
     """
     part = _middle(seen)
     fit, share = electrical_fit([part], pole_pairs, expected)
@@ -66,8 +61,7 @@ def in_time(
 ) -> tuple[MotorRecording, str]:
     """The recording with its voltages shifted to the right steps, and a remark; empty if they are not shifted.
 
-    Args:
-        expected: resistance [ohm], inductance [H] and flux [V s] of the vehicle file
+    Args: expected: resistance [ohm], inductance [H] and flux [V s] of the vehicle file.
     """
     part = _middle(seen)
 

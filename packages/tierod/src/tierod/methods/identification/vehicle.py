@@ -14,49 +14,54 @@ import numpy as np
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.core.recording import Recording
-from tierod.methods.analysis.noise import usual_deviation, white_noise
-from tierod.methods.identification.drive_model import DriveLikelihood, DriveNoises, drive_filter
-from tierod.methods.identification.drives import ANGLES, RATE, Drive, drives_of, refuse_unlike
+from tierod.methods.analysis.consistency import usual_deviation, white_noise
+from tierod.methods.identification.drives import (
+    ANGLES,
+    RATE,
+    Drive,
+    DriveLikelihood,
+    DriveNoises,
+    drive_filter,
+    drives_of,
+    refuse_unlike,
+)
 from tierod.methods.identification.experiment import UNKNOWN_BEFORE, Found
 from tierod.methods.identification.map_search import ENOUGH, TRUSTED, Built, Posterior, Prior, Search, considering
 from tierod.methods.identification.vehicle_judgement import (
     LEARNT,
+    MODEL_ERRORS,
+    NOISES,
+    SHOWN,
     Contradiction,
     Judged,
     Odd,
     at_limit,
+    considered,
     contradictions,
     contradictory,
     doubt_of,
+    held_distances,
     judged,
     kept,
     odd_drive,
+    priors_of,
     remarks_of,
+    spread_of,
     unexplained,
 )
-from tierod.methods.identification.vehicle_priors import (
-    MODEL_ERRORS,
-    NOISES,
-    SHOWN,
-    considered,
-    held_distances,
-    priors_of,
-    spread_of,
-)
-from tierod.models.lateral_parameters import LateralParameters
-from tierod.physics.gravity import GRAVITY
-from tierod.physics.single_track import understeer_gradient
+from tierod.models.lateral_motion import LateralParameters
+from tierod.physics.motion import GRAVITY, understeer_gradient
 from tierod.vehicles import Vehicle
 from tierod.vehicles.classes import BOUND, FREE, bound_distance
 
+# Factor on the trusted measurements in each stage of the search, and the increase of the log-posterior that ends it: in
+# the first stage the prior dominates
 STAGES = ((0.1, 0.5), (1.0, ENOUGH))
-"""Factor on the trusted measurements in each stage of the search, and the increase of the log-posterior that ends it:
-in the first stage the prior dominates."""
 CROSSFALL = 0.02  # Standard deviation of the bank of straight roads [rad], whose effect is part of the sensor zeros
 OUTPUTS = 2
 WIDENED = 10.0  # Factor on the prior standard deviation of a parameter for which file and drives contradict each other
+# Parameters without a check for contradictions, since roads have the same effect: bank adds to the roll of a car
 LIKE_ROADS = ("roll_share",)
-"""Parameters without a check for contradictions, since roads have the same effect: bank adds to the roll of a car."""
 
 
 class Zeros(NamedTuple):
@@ -91,15 +96,9 @@ def identify_vehicle(
 ) -> VehicleIdentification:
     """The most probable parameters of a vehicle, given its file and drives.
 
-    Args:
-        vehicle: its values and standard deviations are the prior; without a standard deviation, that of its class
-        free: parameters that may change; by default all that drives may identify. The prior uncertainty of the others
-            is considered all the same
-
-    Raises:
-        InputError: a recording without the required signals, see `drive_of`; two recordings of the same drive; an
-            angle of the wrong sign, or measured at another place than stated
-        ParameterError: the vehicle lacks a parameter, or a free one cannot be identified from drives
+    Args: vehicle: its values and standard deviations are the prior; without a standard deviation, that of its class;
+    free: parameters that may change; by default all that drives may identify. The prior uncertainty of the others is
+    considered all the same.
     """
     if unknown := [name for name in free if name not in SHOWN]:
         raise ParameterError(f"'{unknown[0]}' is not identified from ordinary drives; there are {', '.join(SHOWN)}")
@@ -155,7 +154,6 @@ def _part(progress: Callable[[float], None], number: int, done: float) -> None:
 
 
 def _usual(drives: Sequence[Drive]) -> DriveNoises:
-    """Noises at the start of the search: that of the lateral acceleration is measured if it is above the usual one."""
     usual = DriveNoises()
     lateral = max(white_noise(each.samples[:, 4]) for each in drives)
     return dataclasses.replace(usual, lateral_acceleration_noise=max(usual.lateral_acceleration_noise, lateral))
@@ -225,6 +223,8 @@ def _concluded(
     )
 
 
+# Noises that go into the vehicle file if they are above these defaults of the estimators. With lower ones an estimator
+# gives its model of the road too much weight: the error of the sideslip grew by half on simulated cars.
 WRITTEN_NOISES = {
     "yaw_rate_noise": 0.0035,
     "lateral_acceleration_noise": 0.2,
@@ -232,8 +232,6 @@ WRITTEN_NOISES = {
     "yaw_rate_drift": 0.005,
     "bank_wander": 0.03,
 }
-"""Noises that go into the vehicle file if they are above these defaults of the estimators. With lower ones an estimator
-gives its model of the road too much weight: the error of the sideslip grew by half on simulated cars."""
 
 
 def _found(name: str, vehicle: Vehicle, value: float, deviation: float) -> Found:

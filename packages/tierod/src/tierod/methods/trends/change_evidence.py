@@ -1,32 +1,16 @@
-"""Sequential evidence for a change in each car's level, drive by drive, valid however often it is evaluated.
-
-A change that begins before drive j adds a times a signature to the drives from j on: 1 for a step, the time since the
-middle between j and the drive before for a ramp. The response of the filter of an unchanged car to the signature is
-known, so that the likelihood ratio of a change of size a against none is exp(a d - a^2 c / 2), with d and c summed over
-the drives. Its mean over a half-normal size has a closed form. A drive is wrong (an outlier) with a small probability
-and then does not depend on the change: it multiplies the ratio by (1 - p) + p r, where p is the probability that it is
-right without a change, and r its ratio if it is right. Shifts of the level of a fault-free car (`fault_free_shifts`)
-are part of the density of the fault-free hypothesis. The sum of the ratios over all beginnings, each weighted with the
-days in which the change may have begun, is the Shiryaev-Roberts statistic in days: without a change its mean is the
-elapsed time. A fault-free car therefore reaches A days after A days on average or later, whatever the number of drives.
-
-Sources: A. S. Willsky, H. L. Jones, 1976, doi 10.1109/TAC.1976.1101146 (signatures); A. N. Shiryaev, 1963, doi
-10.1137/1108002; M. Pollak, 1987, doi 10.1214/aos/1176350373 (mean time between false alarms); A. P. Dawid, 1984, doi
-10.2307/2981683 (densities of each drive given those before).
-"""
+"""Evidence for a change of a car's level, and alarms of a fleet with a bound on false ones."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from tierod.core.errors import ParameterError
-from tierod.methods.trends.drive_filter import LEVEL, SLOPE, Filtered, observed
-from tierod.methods.trends.drive_scatter import WRONG
-from tierod.methods.trends.drives import Drives
-from tierod.methods.trends.fleet_alarms import FaultFreeShifts
+from tierod.methods.trends.drive_filter import LEVEL, SLOPE, Drives, Filtered, observed
+from tierod.methods.trends.drive_scatter import EVERY, WRONG
 
 STEP, RAMP = 0, 1  # Kinds of change: a step of the level, and a ramp that starts a constant slope
 
@@ -89,11 +73,7 @@ class Evidence:
 
 
 def evidence(drives: Drives, found: Filtered, changes: Changes) -> Evidence:
-    """The statistic of every car after each drive, and the change that explains it best.
-
-    Args:
-        found: output of the filter that assumes no change
-    """
+    """The statistic of every car after each drive, and the change that explains it best."""
     cars, count = drives.day.shape
     rows = observed(drives)
     search = _Search(cars, min(changes.beginnings, count), rows.shape[2], changes)
@@ -139,7 +119,6 @@ class _Search:
         variance: np.ndarray,
         gain: np.ndarray,
     ) -> None:
-        """Update with one drive of every car; cars without a drive keep their sums."""
         ramps = slice(self.beginnings, None)
         self.response[:, :, LEVEL] += gap[:, None] * self.response[:, :, SLOPE]
         self.signature[:, ramps] += np.where(self.days[:, ramps] > 0.0, gap[:, None], 0.0)
@@ -210,3 +189,145 @@ def half_normal_ratio(score: np.ndarray, information: np.ndarray, deviation: np.
     precise = information + 1.0 / deviation**2
     normal = score / np.sqrt(precise)
     return np.asarray(np.log(2.0) + log_ndtr(normal) + 0.5 * (normal**2 - np.log(precise * deviation**2)))
+
+
+class FaultFreeShifts:
+    """Probability that the last shift was at each stored beginning, and the likelihood ratio of levels with shifts.
+
+    Args:
+        deviation: standard deviation of the sizes [unit]
+    """
+
+    def __init__(self, cars: int, beginnings: int, deviation: float):
+        self.deviation = deviation
+        self.none = np.ones(cars)
+        self.share = np.zeros((cars, beginnings))
+        self.single = np.zeros((cars, beginnings))
+        # Log-likelihood ratio of a level that may shift against one that does not, accumulated since each beginning.
+        self.ratio = np.zeros((cars, beginnings))
+
+    def begin(self, slot: int, gap: np.ndarray) -> None:
+        """Let shifts begin at a drive, in place of the oldest beginning.
+
+        Args: gap: time since the drive before [d], (cars,).
+        """
+        # The filter has followed the shifts of the replaced beginning, so their probability goes to "no shift".
+        self.none += self.share[:, slot]
+        new = -np.expm1(-gap / EVERY)
+        self.none *= 1.0 - new
+        self.share *= (1.0 - new)[:, None]
+        self.share[:, slot], self.single[:, slot], self.ratio[:, slot] = new, 0.0, 0.0
+
+    def step(
+        self, score: np.ndarray, information: np.ndarray, counts: np.ndarray, right: np.ndarray, wrong: np.ndarray
+    ) -> None:
+        single = normal_ratio(score, information, self.deviation)
+        self.share *= np.exp(wrong)[:, None] + np.exp(right[:, None] + single - self.single)
+        whole = self.none + self.share.sum(axis=1)
+        self.none /= whole
+        self.share /= whole[:, None]
+        self.ratio += np.log(whole)[:, None]
+        np.copyto(self.single, single, where=counts)
+
+
+def normal_ratio(score: np.ndarray, information: np.ndarray, deviation: float) -> np.ndarray:
+    """Logarithm of the mean of exp(a d - a^2 c / 2) over a normal size a of mean zero."""
+    more = 1.0 + information * deviation**2
+    return np.asarray(0.5 * ((score * deviation) ** 2 / more - np.log(more)))
+
+
+DAYS_PER_YEAR = 365.25
+
+
+def alarm_level(vehicle_years: float) -> float:
+    """Threshold of an alarm: logarithm of the statistic in days.
+
+    Args: vehicle_years: smallest mean time between false alarms of fault-free cars [a].
+    """
+    if not 0.0 < vehicle_years < math.inf:
+        raise ParameterError(f"{vehicle_years} vehicle-years between false alarms; expected a positive number")
+    return math.log(DAYS_PER_YEAR * vehicle_years)
+
+
+def log_e_values(logarithm: np.ndarray, watched: np.ndarray, horizon: float) -> np.ndarray:
+    """Logarithm of the e-value of every car now.
+
+    The share of the horizon that is left counts for changes that have not begun yet. Beyond the horizon the statistic
+    is divided by the time watched.
+
+    Args: watched: time since the first drive of the car [d], (cars,); horizon: time over which a change is equally
+    likely to begin [d], such as the life of a car.
+    """
+    left = np.maximum(1.0 - watched / horizon, 0.0)
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.logaddexp(logarithm - np.log(np.maximum(watched, horizon)), np.log(left)))
+
+
+def stopped(logarithm: np.ndarray, level: float) -> np.ndarray:
+    """Index of the drive at which each car's e-value is taken: the first one at or above a level, or else the last one.
+
+    A car that has reached the level once stays changed, although the search drops old beginnings and the filter follows
+    the new level. The first passage is a stopping time, at which the statistic still is an e-value.
+    """
+    reached = logarithm >= level
+    return np.asarray(np.where(reached.any(axis=1), reached.argmax(axis=1), logarithm.shape[1] - 1))
+
+
+def selected(log_e: np.ndarray, share: float) -> np.ndarray:
+    """The changed cars, selected so that on average at most a share of them is fault-free.
+
+    Source: R. Wang, A. Ramdas, 2022, doi 10.1111/rssb.12489: the k largest, with the largest k for which the k-th is at
+    least cars / (share k).
+    """
+    _check(share)
+    order = np.argsort(-log_e, kind="stable")
+    ranks = np.arange(1, len(log_e) + 1)
+    enough = np.flatnonzero(log_e[order] >= math.log(max(len(log_e), 1) / share) - np.log(ranks))
+    chosen = np.zeros(len(log_e), bool)
+    if len(enough):
+        chosen[order[: enough[-1] + 1]] = True
+    return chosen
+
+
+def _check(share: float) -> None:
+    if not 0.0 < share < 1.0:
+        raise ParameterError(f"the false-discovery rate is {share}; expected more than 0 and less than 1")
+
+
+HORIZON = 3652.5  # Prediction horizon [d]: ten years. A later time counts as never.
+_STEPS = 60
+
+
+def chance_by(level: np.ndarray, covariance: np.ndarray, limit: np.ndarray, ahead: np.ndarray) -> np.ndarray:
+    """Probability that the level is above the limit at a time ahead.
+
+    Args: ahead: time from now [d], (cars,).
+    """
+    from scipy.special import ndtr
+
+    mean = level[:, 0] + ahead * level[:, 1]
+    variance = covariance[:, 0, 0] + 2.0 * ahead * covariance[:, 0, 1] + ahead**2 * covariance[:, 1, 1]
+    return np.asarray(ndtr((mean - limit) / np.sqrt(np.maximum(variance, 1e-30))))
+
+
+def time_to_limit(level: np.ndarray, covariance: np.ndarray, limit: np.ndarray, share: float) -> np.ndarray:
+    """Time from now at which the probability of being above the limit reaches a share [d]; infinite beyond `HORIZON`.
+
+    The first passage is bracketed on a grid of times that grow by a twelfth, then bisected, since the probability need
+    not be monotonic for a falling slope. The trend is extrapolated without process noise.
+
+    Args: share: probability [-]; 0.05 for the earliest time, 0.5 for the median.
+    """
+    times = np.concatenate(([0.0], np.geomspace(1.0, HORIZON, 104)))
+    low, high = np.zeros(len(level)), np.full(len(level), np.inf)
+    for before, after in zip(np.concatenate(([0.0], times[:-1])), times, strict=True):
+        reached = chance_by(level, covariance, limit, np.full(len(level), after)) >= share
+        new = reached & np.isinf(high)
+        low[new], high[new] = before, after
+    known = np.isfinite(high)
+    top = np.where(known, high, 1.0)
+    for _ in range(_STEPS):
+        middle = 0.5 * (low + top)
+        reached = chance_by(level, covariance, limit, middle) >= share
+        low, top = np.where(reached, low, middle), np.where(reached, middle, top)
+    return np.where(known, top, np.inf)

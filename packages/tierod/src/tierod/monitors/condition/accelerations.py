@@ -17,8 +17,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from tierod.methods import running
-from tierod.models.automated_forces import drive_force
-from tierod.models.automated_vehicle import AutomatedVehicle
+from tierod.models.automated_vehicle import AutomatedVehicle, drive_force
 from tierod.monitors.condition.signals import ACCELERATIONS, FRONT_WHEELS, TARGETS, WHEELS, CarParameters
 from tierod.monitors.condition.wiring import MOVING, YAW, mean_speed
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from tierod.core.graph import Bank
 from tierod.diagnosis.trouble_codes import TroubleCodes
-from tierod.models.rolling_car import Wander
+from tierod.models.single_track import Wander
 from tierod.monitors import decision as reported
 from tierod.monitors.baseline import Baseline
 from tierod.monitors.condition.decision import Decision, SmallLeads

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from tierod.core.block import Scalar
 from tierod.core.graph.maths import both, limit, log, minimum, present, sqrt, where
-from tierod.methods.estimators.linear_algebra import (
+from tierod.methods.estimators.kernels import (
     Matrix,
     Vector,
     dot,

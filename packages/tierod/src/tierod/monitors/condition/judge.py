@@ -38,7 +38,7 @@ from tierod.monitors.condition.kinds import LOST_TORQUE, NOISE, Kind, KindOfFaul
 from tierod.monitors.condition.reaction import FaultReaction, Judged, ReactionState
 from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, OF_AUTOMATED, SENSORS, Elements, Statements
 from tierod.monitors.condition.vehicle_filter import LeaveOutFilter
-from tierod.physics.lag import share_reached
+from tierod.physics.friction import share_reached
 
 
 class Residual(NamedTuple):

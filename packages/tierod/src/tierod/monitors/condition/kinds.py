@@ -24,7 +24,7 @@ from tierod.core.graph.maths import (
     where,
 )
 from tierod.monitors.condition.signals import SENSOR_TABLE, SENSORS
-from tierod.physics.lag import share_reached
+from tierod.physics.friction import share_reached
 
 KINDS = ("loss", "stuck", "offset", "gain", "drift", "outlier", "noise", "delay", "loss of torque")
 """Kinds of faults, the last one of an actuator; the number of a kind is its index here plus one, and 0 is no kind."""

@@ -11,7 +11,7 @@ from tierod.core.graph.maths import absolute, all_of, both, either, greatest_of,
 from tierod.monitors.condition.rolling_filter import RollingFilter
 from tierod.monitors.condition.signals import DRIVES
 from tierod.monitors.condition.vehicle_filter import LeaveOutFilter
-from tierod.physics.lag import share_reached
+from tierod.physics.friction import share_reached
 
 FORCE, FORCE_SHARE, TIE_ROD_SHARE = 60.0, 0.6, 0.3
 """Lasting error of an axle force in the filter of sliding tyres: at small force [N], and its growth with the force [-];

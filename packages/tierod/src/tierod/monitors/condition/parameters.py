@@ -14,7 +14,7 @@ from tierod.core.block import Tree, named_tuple
 from tierod.core.errors import InputError
 from tierod.core.graph import batch, scan
 from tierod.core.recording import Recording
-from tierod.methods.identification.regression import sandwich
+from tierod.methods.identification.experiment import sandwich
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.monitors.condition.filter_updates import logarithm
 from tierod.monitors.condition.limits import RATE, aligned, moving

@@ -13,11 +13,10 @@ from tierod.core.block import Scalar, Tree, named_tuple
 from tierod.core.findings import Status
 from tierod.core.graph.maths import any_of, both, maximum, present, where
 from tierod.core.statuses import code_of
-from tierod.diagnosis.debounce import DebounceCounter, DebounceCounters
 from tierod.diagnosis.switchover import NOTHING, SubstitutionGraph, Supplied, SupplyState, Switchover, graph_from
-from tierod.diagnosis.trouble_codes import TroubleCodes, load_trouble_codes
+from tierod.diagnosis.trouble_codes import DebounceCounter, DebounceCounters, TroubleCodes, load_trouble_codes
 from tierod.models.automated_vehicle import AutomatedVehicle
-from tierod.models.rolling_car import RollingCar
+from tierod.models.single_track import RollingCar
 from tierod.monitors.condition.signals import (
     ELEMENTS,
     OF_AUTOMATED,
@@ -31,7 +30,7 @@ from tierod.monitors.condition.signals import (
     Statements,
     readings_of,
 )
-from tierod.physics.planar_motion import rolling_yaw_rate
+from tierod.physics.motion import rolling_yaw_rate
 from tierod.vehicles import Vehicle
 
 FILTER = "filter-of-the-others"  # name of the substitute by the bank: the filter that leaves out all faulty elements

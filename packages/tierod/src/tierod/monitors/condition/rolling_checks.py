@@ -9,12 +9,12 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from tierod.core.series import LastRead, runs
-from tierod.models.rolling_car import RollingCar
+from tierod.models.single_track import RollingCar
 from tierod.monitors.condition.accelerations import AGREE, Blocks
 from tierod.monitors.condition.rolling_filter import SLIPPERIEST
 from tierod.monitors.condition.signals import ALL_WHEELS
 from tierod.monitors.condition.wiring import YAW, YAW_SENSOR, mean_speed
-from tierod.physics.single_track import steady_yaw_gain, understeer_gradient
+from tierod.physics.motion import steady_yaw_gain, understeer_gradient
 
 AXLES = ("front", "rear")
 SPUN, SKIDDED = "spun", "skidded"

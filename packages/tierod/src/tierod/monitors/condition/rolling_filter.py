@@ -14,9 +14,8 @@ from tierod.core.block import Scalar, skeleton
 from tierod.core.graph.analysis import jacobian
 from tierod.core.graph.maths import absolute, both, either, maximum, minimum, present, where
 from tierod.core.signals import residue_of
-from tierod.methods.estimators.kernels import predict_covariance
-from tierod.methods.estimators.linear_algebra import from_diagonal
-from tierod.models.rolling_car import LEAST_SPEED, RollingCar
+from tierod.methods.estimators.kernels import from_diagonal, predict_covariance
+from tierod.models.single_track import LEAST_SPEED, RollingCar
 from tierod.monitors.condition.filter_updates import observed
 from tierod.monitors.condition.signals import (
     ACCELERATIONS,
@@ -28,8 +27,8 @@ from tierod.monitors.condition.signals import (
     Readings,
 )
 from tierod.monitors.condition.vehicle_filter import PLAUSIBLE, TRUSTED, LeaveOutFilter
-from tierod.physics.lag import gauss_markov_noise, share_reached
-from tierod.physics.single_track import understeer_gradient
+from tierod.physics.friction import gauss_markov_noise, share_reached
+from tierod.physics.motion import understeer_gradient
 from tierod.vehicles import Vehicle
 from tierod.vehicles.classes import bound_distance, hold_spread, with_spread
 

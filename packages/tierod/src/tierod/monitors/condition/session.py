@@ -17,7 +17,7 @@ from tierod.core.signals import SIGNALS
 from tierod.diagnosis.switchover import SubstitutionGraph
 from tierod.methods.detectors.reversing import MIRRORED, TURN_FORWARD, Reversing
 from tierod.models.automated_vehicle import AutomatedVehicle
-from tierod.models.rolling_car import RollingCar
+from tierod.models.single_track import RollingCar
 from tierod.monitors.condition.accelerations import BOUNDS, AccelerationCheck, TargetCheck
 from tierod.monitors.condition.courses import FAULT, HEALTHY, SUSPECT, ElementCourse, StatementCourse, listed
 from tierod.monitors.condition.coverage import Constancy, Coverage, ImpossibleValues, Loss, TargetPace, stuck_readings

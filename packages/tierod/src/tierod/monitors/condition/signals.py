@@ -14,7 +14,7 @@ from tierod.core.block import Scalar, named_tuple
 from tierod.core.signals import SIGNALS
 from tierod.core.statuses import Statement
 from tierod.models.automated_vehicle import AutomatedVehicle
-from tierod.models.rolling_car import RollingCar
+from tierod.models.single_track import RollingCar
 
 CarParameters: TypeAlias = AutomatedVehicle.Parameters | RollingCar.Parameters
 """Parameters of a vehicle with known torques, or of a car that is judged by its motion alone."""

@@ -9,7 +9,7 @@ from typing import Annotated, Any, NamedTuple
 from tierod.core.errors import ParameterError, nearest
 from tierod.methods.analysis.structure import Equation, Isolability, StructuralModel, isolability, structure_of
 from tierod.models.automated_vehicle import AutomatedVehicle
-from tierod.models.rolling_car import RollingCar
+from tierod.models.single_track import RollingCar
 from tierod.monitors.condition.courses import listed
 from tierod.monitors.condition.signals import ACCELERATIONS, MOTORS, OF_AUTOMATED, SENSORS
 from tierod.vehicles import Vehicle

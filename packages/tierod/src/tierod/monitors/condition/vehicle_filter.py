@@ -14,11 +14,18 @@ from typing import Annotated, NamedTuple
 from tierod.core.block import Scalar, skeleton
 from tierod.core.graph.analysis import jacobian
 from tierod.core.graph.maths import absolute, limit, maximum, minimum, present, sqrt, where
-from tierod.methods.estimators.kernels import predict_covariance
-from tierod.methods.estimators.linear_algebra import Vector, congruence, diagonal, from_diagonal, pack, plus, unpack
-from tierod.models.automated_forces import Torques, drive_force
-from tierod.models.automated_vehicle import AutomatedVehicle, turning_column
-from tierod.models.rolling_car import RollingCar
+from tierod.methods.estimators.kernels import (
+    Vector,
+    congruence,
+    diagonal,
+    from_diagonal,
+    pack,
+    plus,
+    predict_covariance,
+    unpack,
+)
+from tierod.models.automated_vehicle import AutomatedVehicle, Torques, drive_force, turning_column
+from tierod.models.single_track import RollingCar
 from tierod.monitors.condition.filter_updates import Innovations, observed
 from tierod.monitors.condition.signals import (
     ACCELERATION_NOISE,
@@ -37,8 +44,8 @@ from tierod.monitors.condition.signals import (
     Measured,
     Readings,
 )
-from tierod.physics.lag import gauss_markov_noise, lagged_ramp
-from tierod.physics.single_track import front_axle_load
+from tierod.physics.friction import gauss_markov_noise, lagged_ramp
+from tierod.physics.motion import front_axle_load
 from tierod.vehicles import Vehicle
 from tierod.vehicles.classes import held_deviation
 

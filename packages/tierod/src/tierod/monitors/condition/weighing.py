@@ -24,7 +24,7 @@ from tierod.core.graph.maths import (
 )
 from tierod.monitors.condition.signals import ALL_WHEELS, ELEMENTS, NEEDED, OF_AUTOMATED, SENSORS, Elements, Hypothesis
 from tierod.monitors.condition.vehicle_filter import LeaveOutFilter
-from tierod.physics.lag import share_reached
+from tierod.physics.friction import share_reached
 
 NEVER = -1e9  # score of a hypothesis that cannot be chosen; far below any ratio
 

@@ -12,9 +12,9 @@ import numpy as np
 from tierod.core.findings import Episode
 from tierod.methods.relations import Pair, odd_ones_out
 from tierod.methods.running import Moments, peak
-from tierod.models.rolling_car import RollingCar
+from tierod.models.single_track import RollingCar
 from tierod.monitors.condition.signals import OF_AUTOMATED, SENSORS, WHEELS, CarParameters
-from tierod.physics.single_track import understeer_gradient
+from tierod.physics.motion import understeer_gradient
 
 MOVING = 2.0  # speed from which a turn shows in the estimates [m/s]
 

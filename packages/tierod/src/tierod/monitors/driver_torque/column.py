@@ -9,7 +9,7 @@ import numpy as np
 
 from tierod.core.series import Rows, Stride
 from tierod.core.signals import residue_between
-from tierod.methods.identification.regression import Solution, solved
+from tierod.methods.identification.experiment import Solution, solved
 from tierod.methods.running import Moments
 
 CLEAR = 5.0  # least ratio of an estimate to its standard error

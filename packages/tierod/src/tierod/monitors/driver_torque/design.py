@@ -11,12 +11,13 @@ import numpy as np
 
 from tierod.core.errors import ParameterError
 from tierod.core.signals import residue_of
-from tierod.methods.analysis.fitness import require_fit
-from tierod.methods.analysis.noise import differences, usual_deviation
+from tierod.methods.analysis.consistency import differences, usual_deviation
+from tierod.methods.analysis.observability import require_fit
 from tierod.methods.estimators.stationary_bank import StationaryBank, Switching
 from tierod.models.column_observation import ColumnObservation, linear_column, observed_column
 from tierod.models.linear import LinearSystem
 from tierod.models.steering_column import (
+    BelowBarParameters,
     ColumnOutput,
     ColumnParameters,
     SteeringColumn,
@@ -24,7 +25,6 @@ from tierod.models.steering_column import (
     TwoInertiaParameters,
     without_gear,
 )
-from tierod.models.steering_wheel import BelowBarParameters
 from tierod.vehicles import Vehicle
 
 FEWEST = 500  # least number of samples for a measurement of the noise

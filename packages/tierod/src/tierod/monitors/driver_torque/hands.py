@@ -10,14 +10,13 @@ from tierod.core.block import Scalar, Tree
 from tierod.core.graph.maths import absolute, both, either, limit, log, negated, present, select, sqrt, where
 from tierod.methods.detectors import Cusum
 from tierod.methods.estimators import KalmanFilter
-from tierod.methods.estimators.augment import augment
-from tierod.methods.estimators.linear_algebra import unpack, upper
-from tierod.methods.estimators.shapes import Belief
+from tierod.methods.estimators.kernels import unpack, upper
+from tierod.methods.estimators.shapes import Belief, augment
 from tierod.methods.filters import Differentiator, FirstOrderLowPass
 from tierod.models.linear import discretise
-from tierod.models.steering_wheel import SteeringWheel, SteeringWheelParameters
+from tierod.models.steering_column import SteeringWheel, SteeringWheelParameters
 from tierod.monitors.driver_torque.design import FINE, SensorNoise
-from tierod.physics.lag import gauss_markov_noise
+from tierod.physics.friction import gauss_markov_noise
 from tierod.vehicles import Vehicle
 
 # Parameters that the filter of a wheel without hands learns.

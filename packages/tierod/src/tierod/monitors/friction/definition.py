@@ -24,7 +24,7 @@ from tierod.core.graph import Result
 from tierod.core.statuses import STATUSES, code_of
 from tierod.methods.analysis.consistency import ConsistencyAccumulator, nis_figures
 from tierod.methods.identification.hysteresis_presence import HysteresisPresence
-from tierod.models.friction_estimation import FrictionParameters
+from tierod.models.steering_column import FrictionParameters
 from tierod.monitors.baseline import Baseline
 from tierod.monitors.friction.estimator import PreslidingFrictionFilter
 from tierod.monitors.friction.evidence import EstimateOverDrive, GainsOverDrive, HysteresisOverDrive, SignalsOverDrive

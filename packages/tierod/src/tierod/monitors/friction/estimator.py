@@ -10,10 +10,9 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 from tierod.core.block import Scalar
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import absolute, all_of, exp, limit, log, maximum, minimum, sin, sqrt, where
-from tierod.methods.estimators.kernels import correct
-from tierod.methods.estimators.linear_algebra import add, dot, from_diagonal, product, unpack
+from tierod.methods.estimators.kernels import add, correct, dot, from_diagonal, product, unpack
 from tierod.methods.filters import Butterworth
-from tierod.models.friction_estimation import FrictionParameters
+from tierod.models.steering_column import FrictionParameters
 from tierod.monitors.friction.signals import (
     SAMPLE_TIME,
     ConditionedSteering,
@@ -22,19 +21,17 @@ from tierod.monitors.friction.signals import (
     SteeringSample,
 )
 from tierod.monitors.friction.verdict import VerdictSample
-from tierod.physics.aligning import (
+from tierod.physics.friction import RELAXED, BuildUp, build_ups
+from tierod.physics.motion import front_axle_load
+from tierod.physics.steering import (
+    column_torque_of_motor,
     force_across_wheels,
     front_force_from_motion,
     longitudinal_force_from_motion,
-    weight_torque,
-)
-from tierod.physics.friction import RELAXED, BuildUp, build_ups
-from tierod.physics.single_track import front_axle_load
-from tierod.physics.steering_ratio import (
-    column_torque_of_motor,
     road_wheel_angle,
     torque_at_steering_wheel,
     torsion_bar_twist,
+    weight_torque,
 )
 from tierod.physics.tyre import turn_slip, turn_slip_stiffness
 from tierod.vehicles import Vehicle
@@ -131,7 +128,7 @@ class PreslidingTuning:
     smallest_dahl_angle: Annotated[float, "rad"] = math.radians(0.05)
     largest_dahl_angle: Annotated[float, "rad"] = math.radians(8.0)
     # initial lever of the front axle load [m]; kingpins inclined by 12 degrees with a scrub radius of 10 mm give 15 mm
-    # (`tierod.physics.aligning.weight_lever`), the round tyre shoulders reduce it
+    # (`tierod.physics.steering.weight_lever`), the round tyre shoulders reduce it
     initial_weight_lever: Annotated[float, "m"] = 0.012
     # initial turn slip stiffness over load [m**2]; for a contact patch 160 mm wide with a longitudinal stiffness of 25
     # times the load

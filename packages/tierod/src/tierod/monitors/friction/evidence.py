@@ -16,8 +16,7 @@ from tierod.core.facts import Fact, defect
 from tierod.core.series import Rows, Stride
 from tierod.methods.identification.hysteresis_presence import HysteresisPresence, HysteresisPresenceTest
 from tierod.monitors.friction.sentences import DEFECTS, NOTES
-from tierod.physics.assist import assist_speed_factor
-from tierod.physics.steering_ratio import column_torque_of_motor
+from tierod.physics.steering import assist_speed_factor, column_torque_of_motor
 from tierod.vehicles import Vehicle
 from tierod.vehicles.classes import is_guess
 
@@ -198,7 +197,7 @@ _COMPARED = (0, 1, 5, 8, _TERMS)
 
 @dataclass(frozen=True)
 class AssistCharacteristic:
-    """The assist map of the car type, in the form of `tierod.physics.assist`, named as in a vehicle file."""
+    """The assist map of the car type, in the form of `tierod.physics.steering`, named as in a vehicle file."""
 
     assist_linear_gain: Annotated[float, ""]
     assist_quadratic_gain: Annotated[float, "1/(N*m)"]

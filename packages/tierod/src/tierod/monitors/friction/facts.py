@@ -11,7 +11,7 @@ from tierod.core.facts import Fact, Verdict
 from tierod.core.findings import Estimate, Status
 from tierod.core.statuses import STATUSES
 from tierod.methods.relations import WRONG_SIGN_SHARE
-from tierod.models.friction_estimation import FrictionParameters
+from tierod.models.steering_column import FrictionParameters
 from tierod.monitors.friction.sentences import GROUNDS, NOTES, OBSTACLES, Words
 from tierod.monitors.friction.thresholds import ABSOLUTE, BASELINE
 from tierod.monitors.friction.verdict import BY_LIMIT, FrictionFigures, FrictionLimits, FrictionVerdict, JudgedFriction

@@ -9,7 +9,7 @@ from typing import Annotated, Any, NamedTuple
 from tierod.core.block import Scalar, leaves, map_leaves, rebuild, values_of
 from tierod.core.graph.maths import absolute, all_of, limit, minimum, present, where
 from tierod.methods.filters import Butterworth, InputHold
-from tierod.physics.lag import share_reached
+from tierod.physics.friction import share_reached
 
 
 class SteeringSample(NamedTuple):

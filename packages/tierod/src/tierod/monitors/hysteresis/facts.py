@@ -18,8 +18,7 @@ from tierod.methods.identification.lock_to_lock import noise_left, noise_of, smo
 from tierod.monitors.baseline import Baseline
 from tierod.monitors.decision import Decision, Demonstrated
 from tierod.monitors.friction.evidence import BOTH, AssistCharacteristic, GainLimits
-from tierod.physics.assist import assist_torque
-from tierod.physics.steering_ratio import column_torque_of_motor
+from tierod.physics.steering import assist_torque, column_torque_of_motor
 from tierod.vehicles import Vehicle
 from tierod.vehicles.classes import GAIN_DEVIATION
 

@@ -10,7 +10,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from tierod.methods.identification.regression import solved
+from tierod.methods.identification.experiment import solved
 from tierod.models.stator_frame_motor import SampledMotorParameters
 
 # Time over which the equation is integrated; at 400 rad/s electrical the rotor turns by 2 rad meanwhile.

@@ -28,7 +28,7 @@ from tierod.core.graph.maths import (
 )
 from tierod.methods.detectors.control_charts import Cusum, Debounce
 from tierod.monitors.motor_angle.observer import MotorAngleObserver, MotorAngleSample
-from tierod.physics.clarke_park import wrapped
+from tierod.physics.motor import wrapped
 
 # CUSUM of the electrical angle residual, one value per millisecond [rad]: see docs/explanation/motor-angle.md, Design
 # of the CUSUM.

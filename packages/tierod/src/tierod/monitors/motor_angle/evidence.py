@@ -13,7 +13,7 @@ from tierod.core.facts import ESTIMATE
 from tierod.core.findings import Status
 from tierod.core.graph import Result
 from tierod.core.statuses import STATUSES, code_of
-from tierod.methods.analysis.noise import DEVIATION_OF_MEDIAN, differences
+from tierod.methods.analysis.consistency import DEVIATION_OF_MEDIAN, differences
 from tierod.methods.running import Moments
 from tierod.models.stator_frame_motor import CommandedMotorParameters
 from tierod.monitors.motor_angle.alarms import CODES
@@ -21,8 +21,7 @@ from tierod.monitors.motor_angle.balance import CLEAN, LEAST_WINDOWS, Departure,
 from tierod.monitors.motor_angle.observer import VARIANTS, MotorAngleObserver
 from tierod.monitors.motor_angle.plausibility import NOT_MOTOR
 from tierod.monitors.session import StatusChange
-from tierod.physics.clarke_park import StatorVector
-from tierod.physics.inverter import phase_signs
+from tierod.physics.motor import StatorVector, phase_signs
 
 MOST_SAMPLES = 100_000  # largest number of stored residuals, some minutes of turning; beyond, every second one is kept
 LEAST_SAMPLES = 20  # least number of residuals for a shape

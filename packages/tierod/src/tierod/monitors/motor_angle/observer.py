@@ -18,10 +18,8 @@ from tierod.models.stator_frame_motor import (
     SampledMotorParameters,
     StatorFrameMotor,
 )
-from tierod.physics.clarke_park import PhaseValues, wrapped
-from tierod.physics.inverter import LONGEST_SIGN, commanded_voltage
-from tierod.physics.lag import share_reached
-from tierod.physics.pm_motor import back_emf_constant
+from tierod.physics.friction import share_reached
+from tierod.physics.motor import LONGEST_SIGN, PhaseValues, back_emf_constant, commanded_voltage, wrapped
 from tierod.vehicles import Vehicle
 
 MEASURED, COMMANDED, DUTY_CYCLES = "measured", "commanded", "duty cycles"

@@ -22,8 +22,8 @@ from tierod.core.graph.maths import (
 )
 from tierod.methods.detectors.control_charts import Debounce
 from tierod.monitors.motor_angle.observer import MotorAngleSample
-from tierod.physics.clarke_park import wrapped
-from tierod.physics.gear import superposed_angle, superposed_target, variable_gain
+from tierod.physics.motor import wrapped
+from tierod.physics.steering import superposed_angle, superposed_target, variable_gain
 
 # Codes of the suspected angle; the last one means the steering wheel's or the pinion's.
 NONE, MOTOR, WHEEL, PINION, NOT_MOTOR = 0.0, 1.0, 2.0, 3.0, 4.0

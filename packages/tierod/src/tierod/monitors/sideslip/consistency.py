@@ -12,7 +12,7 @@ import numpy as np
 
 from tierod.methods.analysis.consistency import lower_gamma
 from tierod.monitors.sideslip.observables import WHEELS, Observables, ObservablesOverDrive
-from tierod.physics.single_track import understeer_gradient
+from tierod.physics.motion import understeer_gradient
 from tierod.vehicles.classes import class_of, moved, typical, with_spread
 from tierod.vehicles.vehicle import Vehicle
 

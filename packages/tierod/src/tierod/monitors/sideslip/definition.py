@@ -22,7 +22,7 @@ from tierod.core.statuses import Statement, code_of
 from tierod.methods.analysis.consistency import ConsistencyAccumulator, nis_figures
 from tierod.methods.detectors.reversing import Reversing
 from tierod.models.single_track import SingleTrack
-from tierod.models.steer_by_wire import Actuator
+from tierod.models.steering_column import Actuator
 from tierod.monitors.baseline import Baseline
 from tierod.monitors.registry import variants_with_plugins
 from tierod.monitors.session import BlockSession, Conclusion, Monitor, Session, Variant

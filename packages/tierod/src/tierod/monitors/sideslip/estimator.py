@@ -31,11 +31,10 @@ from tierod.core.graph.maths import (
 )
 from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.methods.estimators.kalman import KalmanFilter
-from tierod.methods.estimators.kernels import correct
-from tierod.methods.estimators.linear_algebra import congruence, diagonal, unpack
+from tierod.methods.estimators.kernels import congruence, correct, diagonal, unpack
 from tierod.methods.estimators.shapes import Belief
 from tierod.methods.filters import JumpGate
-from tierod.models.lateral_parameters import LateralParameters
+from tierod.models.lateral_motion import LateralParameters
 from tierod.monitors.sideslip.tuning import (
     GATE,
     CombinedTuning,
@@ -48,8 +47,8 @@ from tierod.monitors.sideslip.tuning import (
     per_sample,
     tuning_of,
 )
-from tierod.physics.gravity import GRAVITY
-from tierod.physics.magic_formula import scaled_slip_of
+from tierod.physics.motion import GRAVITY
+from tierod.physics.tyre import scaled_slip_of
 from tierod.vehicles.vehicle import Vehicle
 
 # Floor of the sideslip angle's standard deviation [rad], for errors that no state of the model describes. Measured on

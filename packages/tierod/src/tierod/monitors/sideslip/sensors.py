@@ -13,7 +13,7 @@ from tierod.core.facts import Fact, defect
 from tierod.io.signs import TurnLimits, turn_ratio
 from tierod.methods.detectors.rule_design import RuleDesign, alarms_at
 from tierod.methods.detectors.stopping_rules import HoldRule
-from tierod.methods.identification.regression import solved
+from tierod.methods.identification.experiment import solved
 from tierod.methods.relations import odd_ones_out
 from tierod.methods.running import Moments
 from tierod.models.single_track import SingleTrack

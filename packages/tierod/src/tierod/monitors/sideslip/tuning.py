@@ -13,10 +13,9 @@ from tierod.core.block import Scalar, Tree
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import absolute, all_of, both, exp, limit, log, maximum, present, sqrt, where
 from tierod.methods.estimators.kalman import KalmanFilter
-from tierod.models.lateral_motion import lateral_motion
-from tierod.models.lateral_parameters import OF_STEERING, UNKNOWNS, LateralParameters, Sampled
-from tierod.physics.gravity import GRAVITY
-from tierod.physics.lag import gauss_markov_noise
+from tierod.models.lateral_motion import OF_STEERING, UNKNOWNS, LateralParameters, Sampled, lateral_motion
+from tierod.physics.friction import gauss_markov_noise
+from tierod.physics.motion import GRAVITY
 from tierod.vehicles.classes import held_deviation
 from tierod.vehicles.vehicle import Vehicle
 

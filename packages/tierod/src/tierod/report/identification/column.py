@@ -9,9 +9,8 @@ import numpy as np
 
 from tierod.core.content import Chart, Heading, Item, Lines, Panel, Table
 from tierod.core.recording import Recording
-from tierod.methods.identification.bench_recording import OUTPUTS
+from tierod.methods.identification.bench_recording import OUTPUTS, BenchParameters
 from tierod.methods.identification.column import ColumnIdentification, Shown, identify_column
-from tierod.methods.identification.sampled_column import BenchParameters
 from tierod.report.display import number
 from tierod.report.identification import Subject, correlations, found_table
 from tierod.vehicles import Vehicle

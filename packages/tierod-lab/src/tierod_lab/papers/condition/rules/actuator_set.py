@@ -11,9 +11,9 @@ from tierod.core.graph.maths import absolute, all_of, both, maximum, minimum, pr
 from tierod.methods.filters import InputHold
 from tierod.models.single_track import SingleTrack
 from tierod.monitors.condition.signals import Measured
-from tierod.physics.gear import tie_rod_force_of_balance
-from tierod.physics.lag import share_reached
-from tierod.physics.planar_motion import longitudinal_acceleration
+from tierod.physics.friction import share_reached
+from tierod.physics.motion import longitudinal_acceleration
+from tierod_lab.papers.condition.rules.equations import tie_rod_force_of_balance
 from tierod_lab.papers.condition.rules.parameters import ACTUATOR_RESIDUALS, Coefficients, Residual, ResidualParameters
 from tierod_lab.papers.condition.rules.rack import discretise_pair
 from tierod_lab.papers.condition.rules.readings import Motion

@@ -7,10 +7,9 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar, Tree
 from tierod.core.fields import POSITIVE
-from tierod.core.graph.maths import absolute, all_of, both, either, minimum, negated, present, where
+from tierod.core.graph.maths import absolute, all_of, both, either, minimum, negated, present, tan, where
 from tierod.methods.estimators import KalmanFilter
 from tierod.methods.estimators.shapes import Belief
-from tierod.physics.planar_motion import forward_rate
 
 
 class Growing:
@@ -205,3 +204,15 @@ def _reading(each: KalmanFilter, value: Scalar) -> Tree:
 
 def _if_present(raw: Scalar, value: Scalar) -> Scalar:
     return where(present(raw), value, raw)
+
+
+def forward_rate(acceleration: Scalar, forward_speed: Scalar, sideslip_angle: Scalar, yaw_rate: Scalar) -> Scalar:
+    """Derivative of the forward speed [m/s**2]: `longitudinal_acceleration` solved for the forward rate.
+
+    Args:
+        acceleration: longitudinal, of the centre of gravity [m/s**2]
+        forward_speed: [m/s]
+        sideslip_angle: [rad]
+        yaw_rate: [rad/s]
+    """
+    return acceleration + forward_speed * tan(sideslip_angle) * yaw_rate

@@ -11,7 +11,7 @@ import numpy as np
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.graph import scan
 from tierod.core.recording import Recording
-from tierod.methods.detectors.measured import threshold_from_records
+from tierod.methods.detectors.rule_design import threshold_from_records
 from tierod.methods.detectors.stopping_rules import HoldRule
 from tierod_lab.papers.condition.rules.actuator_set import actuator_set
 from tierod_lab.papers.condition.rules.all_residuals import AllResiduals

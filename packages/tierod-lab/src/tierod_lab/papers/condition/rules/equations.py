@@ -9,17 +9,11 @@ from tierod.core.block import Scalar
 from tierod.core.graph.maths import limit, maximum
 from tierod.models.single_track import SingleTrack
 from tierod.monitors.condition.signals import Measured
-from tierod.physics.gear import tie_rod_force_of_balance
-from tierod.physics.planar_motion import lateral_acceleration_of_turning, longitudinal_acceleration
+from tierod.physics.motion import lateral_acceleration_of_turning, longitudinal_acceleration
 from tierod_lab.papers.condition.rules.adaptive_speed import AdaptiveSpeed
 from tierod_lab.papers.condition.rules.parameters import Coefficients, ResidualParameters
 from tierod_lab.papers.condition.rules.readings import Motion, SensorResiduals
-from tierod_lab.papers.condition.rules.routes import (
-    route,
-    steer_of_rolling,
-    wheels_of_forward_speed,
-    wheels_of_mean,
-)
+from tierod_lab.papers.condition.rules.routes import route, steer_of_rolling, wheels_of_forward_speed, wheels_of_mean
 from tierod_lab.papers.condition.rules.steering_signals import SteeringSignals
 
 _MOST_STEER = 1.2
@@ -139,3 +133,21 @@ class Equations:
         steer = self.car.steering_ratio * (now.steering_wheel_angle - self.coefficients.angle_offset)
         slope = SingleTrack.derivative(turning, SingleTrack.Input(steer, mean), self.car.single_track)
         return along, lateral_acceleration_of_turning(mean, now.yaw_rate, slope.sideslip_angle)
+
+
+def tie_rod_force_of_balance(
+    torque: Scalar, friction: Scalar, mass: Scalar, lateral_acceleration: Scalar, per_mass: Scalar, per_torque: Scalar
+) -> Scalar:
+    """Force of the tie rods [N] as a weighted sum of lateral acceleration and torque.
+
+    Source: Li, Frey, Gauterin, eq (46), whose friction is printed without the sign of the rate.
+
+    Args:
+        torque: at the column [N*m]
+        friction: dry friction at the column, with the sign of the rate [N*m]
+        mass: of the vehicle [kg]
+        lateral_acceleration: [m/s**2]
+        per_mass: weight of mass times acceleration [-]
+        per_torque: force per torque [1/m]; at most the inverse of the rack's travel per radian
+    """
+    return per_mass * mass * lateral_acceleration + per_torque * (torque - friction)

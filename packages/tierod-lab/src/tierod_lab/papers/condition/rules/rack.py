@@ -12,7 +12,8 @@ from tierod.core.graph.analysis import jacobian
 from tierod.core.graph.maths import absolute, cos, exp, sin, sqrt, where
 from tierod.models.linear import sampled_model
 from tierod.physics.friction import smooth_coulomb
-from tierod.physics.gear import column_balance, lash_torque
+from tierod.physics.steering import column_balance
+from tierod_lab.ground.laws import lash_torque
 
 
 class StiffRack:
