@@ -19,8 +19,7 @@ from textbook_filters import kalman_step
 from tierod.core.block import units
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.methods.estimators import KalmanFilter
-from tierod.methods.estimators import shapes as augment
+from tierod.methods.estimators import KalmanFilter, augment
 from tierod.methods.estimators.kernels import pack, unpack
 
 pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")
