@@ -66,9 +66,3 @@ def test_a_lab_of_another_version_is_named():
     assert f"is installed in version {__version__}; pip install tierod-lab==99.0" in said
     code, printed, said = run(OTHER, "--help")
     assert (code, "simulate" in printed, said) == (0, False, "")
-
-
-def test_the_lab_adds_names_to_the_package():
-    assert {"simulate", "campaign", "compare"} <= set(dir(tierod))
-    code = "import sys, tierod.monitors.diagnose as d; d.find('condition'); assert 'tierod_lab' not in sys.modules"
-    assert run(code) == (0, "", "")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import io
-import itertools
 import json
 import re
 
@@ -106,28 +105,6 @@ def test_a_diagnosis_shows_the_same_in_terminal_json_and_report(word, folder, tm
     screen = console()
     print_table(diagnose(folder / name_of(word), None, "stated"), screen)
     assert in_terminal(screen.file.getvalue()) == [expected, expected]
-
-
-@pytest.mark.parametrize("word", LOOKS)
-def test_several_recordings_show_the_worst_in_every_order(word, folder, tmp_path, capsys, monkeypatch):
-    better = list(LOOKS)[list(LOOKS).index(word) :]
-    for names in itertools.permutations(dict.fromkeys((word, better[min(1, len(better) - 1)]))):
-        paths = [str(folder / name_of(each)) for each in (*names, better[-1])]
-        page = tmp_path / "page.html"
-        code = main(["diagnose", *paths, "--monitor", "stated", "--json", "-o", str(page)])
-        content = json.loads(capsys.readouterr().out)
-        assert code == content["exit_code"] == EXIT_CODES.get(word, 2)
-        assert in_json(content) == (word, *LOOKS[word])
-        each = [one["diagnoses"]["stated"] for one in content["recordings"]]
-        shown = [(name, *LOOKS[name]) for name in (*names, better[-1])]
-        assert [in_json(one) for one in each] == shown
-        html = page.read_text(encoding="utf-8")
-        assert badges(html) == [(word, *LOOKS[word]), *shown]
-        assert states(html)[: len(shown)] == shown
-        monkeypatch.setenv("FORCE_COLOR", "1")
-        main(["diagnose", *paths, "--monitor", "stated", "--no-report"])
-        monkeypatch.delenv("FORCE_COLOR")
-        assert in_terminal(capsys.readouterr().out) == shown
 
 
 def test_a_fleet_shows_the_same_on_its_page_in_its_document_and_for_a_car(folder, tmp_path):

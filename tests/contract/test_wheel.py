@@ -92,10 +92,3 @@ def test_tierod_alone_judges(wheels, clean, tmp_path):
     code, _, said = run([python, "-m", "tierod", "simulate", "hands-off", "-o", "a.parquet"], tmp_path, clean)
     assert code == 3
     assert "needs the package tierod-lab" in said
-
-
-def test_the_lab_simulates_beside_it(wheels, clean, tmp_path):
-    python = environment(tmp_path / "environment", wheels.values())
-    commands = [["faults"], ["scenarios"], ["simulate", "hands-off", "--seconds", "5", "-o", "drive.parquet"]]
-    commanded(python, tmp_path, clean, commands)
-    assert (tmp_path / "drive.parquet").exists()

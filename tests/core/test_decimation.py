@@ -1,12 +1,10 @@
-from itertools import pairwise
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from report_pages import unpack
-from tierod.core.decimation import Decimator, coarser, outline, pack
+from tierod.core.decimation import Decimator, coarser, pack
 from tierod.core.findings import Trace
 
 
@@ -50,29 +48,6 @@ def test_a_coarser_level_hides_nothing(count, step):
             assert level.mean[place] == pytest.approx(np.nanmean(whole.mean[part]))
         else:
             assert np.isnan(level.mean[place])
-
-
-@given(st.integers(0, 2000), st.integers(10, 300), st.integers(0, 40))
-def test_an_outline_keeps_peaks_ends_and_gaps(count, most, gaps):
-    chance = np.random.default_rng(count)
-    values = chance.normal(size=count)
-    for start in chance.integers(0, max(count, 1), gaps):
-        values[start : start + 5] = chance.choice([np.nan, np.inf])
-    kept = outline(values, most)
-    finite = np.where(np.isfinite(values), values, np.nan)
-    assert np.all(np.diff(kept) > 0)
-    if count <= most:
-        assert len(kept) == count
-        return
-    assert len(kept) <= most + gaps
-    assert {0, count - 1} <= set(kept.tolist())
-    if np.isfinite(finite).any():
-        assert np.nanmin(finite[kept]) == np.nanmin(finite)
-        assert np.nanmax(finite[kept]) == np.nanmax(finite)
-    # No line is drawn over a gap: between two kept samples on its sides one of it is kept.
-    for before, after in pairwise(kept):
-        if np.isfinite(finite[before]) and np.isfinite(finite[after]):
-            assert np.isfinite(finite[before : after + 1]).all()
 
 
 @pytest.mark.parametrize("missing", [0.0, 0.3])

@@ -90,13 +90,6 @@ def test_a_warning_adds_its_remedy_unless_the_cause_names_its_signal():
     assert assemble("Friction", verdict, [lost, stuck]).action == "record again"
 
 
-def test_what_the_monitor_itself_says_is_no_further_warning():
-    noise = Fact("doubt", "the readings of speed scatter by 1 m/s", "the readings of speed scatter", explains=True)
-    own = Fact("noise", "the readings of speed scatter by 1 m/s, which hides a fault")
-    found = assemble("Friction", Verdict("friction", Status.NOT_IDENTIFIABLE, (own,)), [noise])
-    assert (found.cause, found.warnings) == (own.cause, ())
-
-
 def test_findings_are_made_in_one_place():
     roots = [Path(package.__file__).parent for package in (tierod, tierod_lab)]
     makers = {

@@ -5,12 +5,9 @@ from __future__ import annotations
 import errno
 import os
 import socket
-import stat
 import subprocess
 import sys
 import threading
-import time
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -18,7 +15,7 @@ import pytest
 import tierod
 from tierod.core.errors import InputError, OutputError, ParameterError
 from tierod.core.files import replacing, write_text
-from tierod.core.processes import THREADS, alone, interpreter, safe_path
+from tierod.core.processes import THREADS, alone, interpreter
 from tierod.core.user_files import MOST_BYTES, MOST_DEPTH, json_document, read_bytes, read_text, toml
 
 
@@ -53,14 +50,6 @@ def test_leaves_nothing_when_interrupted(tmp_path):
     with pytest.raises(KeyboardInterrupt):
         half_write(tmp_path / "out.txt", KeyboardInterrupt())
     assert not list(tmp_path.iterdir())
-
-
-def test_a_pipe_is_never_replaced(tmp_path):
-    pipe = tmp_path / "pipe"
-    os.mkfifo(pipe)
-    with pytest.raises(OutputError, match="a device or a pipe"):
-        write_text(pipe, "text")
-    assert stat.S_ISFIFO(pipe.stat().st_mode)
 
 
 def test_a_link_stays_and_its_file_is_replaced(tmp_path):
@@ -103,16 +92,6 @@ def test_one_at_a_time_and_whoever_waits_gets_its_turn(tmp_path):
     assert order == [("first", True), ("second", True)]
 
 
-def test_the_lock_ends_with_its_process(tmp_path):
-    code = (
-        "import os, pathlib, sys; from tierod.core.processes import alone\n"
-        "with alone(pathlib.Path(sys.argv[1])): os._exit(9)"
-    )
-    assert subprocess.run([sys.executable, "-c", code, tmp_path], check=False).returncode == 9
-    with alone(tmp_path, patience=0.0) as held:
-        assert held
-
-
 PLANTED = ("tierod", "numpy", "json", "multiprocessing", "encodings", "typing", "can", "pyarrow", "fmpy", "ziglang")
 
 
@@ -135,35 +114,6 @@ def test_a_child_interpreter_finds_the_package(planted):
     assert done.stdout == f"tierod {tierod.__version__}\n"
 
 
-POOL = """
-from tierod.work.pool import Executor
-if __name__ == "__main__":
-    with Executor(1) as pool:
-        print(list(pool.run(abs, [-3])))
-"""
-
-
-def test_workers_of_a_pool_do_not_import_from_the_working_folder(planted, tmp_path_factory):
-    script = tmp_path_factory.mktemp("scripts") / "pool.py"
-    script.write_text(POOL)
-    done = ran([sys.executable, str(script)], planted)
-    assert done.stdout == "[(0, 3)]\n", done.stderr
-
-
-def test_threads_that_start_processes_at_once_keep_it_and_leave_the_environment_as_it_was(monkeypatch):
-    monkeypatch.delenv("PYTHONSAFEPATH", raising=False)
-
-    def started(seconds):
-        time.sleep(seconds)
-        with safe_path():
-            time.sleep(0.05)
-            return os.environ.get("PYTHONSAFEPATH")
-
-    with ThreadPoolExecutor(2) as threads:
-        assert list(threads.map(started, (0.0, 0.02))) == ["1", "1"]
-    assert "PYTHONSAFEPATH" not in os.environ
-
-
 def test_every_command_line_of_an_interpreter_is_made_in_one_place():
     root = Path(tierod.__file__).parent
     naming = {str(path.relative_to(root)) for path in root.rglob("*.py") if "sys.executable" in path.read_text("utf-8")}
@@ -182,13 +132,6 @@ def test_one_thread_unless_the_user_chose(monkeypatch, chosen, used):
         monkeypatch.setenv("OPENBLAS_NUM_THREADS", chosen)
     done = subprocess.run([sys.executable, "-c", ASKED], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == used
-
-
-def test_text_comes_with_the_line_ends_of_this_program_and_without_a_byte_order_mark(tmp_path):
-    file = tmp_path / "a.toml"
-    file.write_bytes(b'\xef\xbb\xbfa = 1\r\nb = "\xc2\xb0"\r\n')
-    assert read_text(file, "the file") == 'a = 1\nb = "°"\n'
-    assert read_text(file, "the file", keep_line_ends=True) == 'a = 1\r\nb = "°"\r\n'
 
 
 @pytest.mark.parametrize(
@@ -243,12 +186,6 @@ def test_a_file_is_no_longer_than_allowed(tmp_path):
 def test_toml_is_not_nested_deeply(text):
     with pytest.raises(ParameterError, match="here.toml.*more than 32 levels"):
         toml(text, "here.toml", ParameterError)
-
-
-@pytest.mark.parametrize("text", ["a = " + 10_000 * "9", "a = 1 2", "a = \x1b", "a = 1\ra = 2"])
-def test_what_is_no_toml_is_refused(text):
-    with pytest.raises(InputError, match="here.toml is not valid TOML: .*; correct it there"):
-        toml(text, "here.toml")
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from tierod.core.errors import InputError, MissingExtra
 from tierod.core.findings import Diagnosis, Element, Estimate, Finding, Status
 from tierod.core.recording import Channel, Recording, checked
-from tierod.core.series import LATE, Stride, order, paced
+from tierod.core.series import order, paced
 from tierod.vehicles import load
 
 
@@ -30,21 +30,6 @@ def test_infinite_values_become_missing_with_a_note():
     assert fit.note == "raw; 1 infinite values taken as missing"
 
 
-@given(st.lists(st.floats(0.0, 100.0), min_size=1, max_size=30), st.floats(0.0, 100.0))
-def test_two_slices_make_the_whole(times, cut):
-    whole = recording(channel(time=sorted(times), values=range(len(times))))
-    parts = [whole.slice(stop=cut)["yaw_rate"], whole.slice(cut)["yaw_rate"]]
-    assert np.concatenate([part.values for part in parts]).tolist() == whole["yaw_rate"].values.tolist()
-
-
-def test_retime_notes_what_was_done():
-    sent = 0.01 * np.arange(500)
-    burst = channel(time=0.04 * np.ceil(sent / 0.04 - 1e-9), values=np.arange(500.0))
-    again = recording(burst).retime(0.01)["yaw_rate"]
-    assert np.median(np.diff(again.time)) == pytest.approx(0.01)
-    assert "time stamps regenerated, 10 ms apart" in again.note
-
-
 def test_alignment_leaves_gaps_and_absent_signals_missing():
     time = np.concatenate((np.arange(0.0, 1.0, 0.01), np.arange(3.0, 4.0, 0.01)))
     aligned = recording(channel(time=time, values=np.ones(200))).align(["yaw_rate", "vehicle_speed"], 100.0)
@@ -52,12 +37,6 @@ def test_alignment_leaves_gaps_and_absent_signals_missing():
     gap = (aligned.time > 1.11) & (aligned.time < 2.99)
     assert np.isnan(aligned.values[gap, 0]).all()
     assert np.isfinite(aligned.values[~gap & (aligned.time < 1.08), 0]).all()
-
-
-def test_a_grid_over_a_clock_that_was_set_is_refused():
-    time = np.array([0.0, 1.0, 1.7e9])
-    with pytest.raises(InputError, match="from 0 s to 1.7e\\+09 s is too long: does a clock jump ahead"):
-        Recording({"a": Channel("a", time, time, "")}).align(["a"], 100.0)
 
 
 def test_a_grid_follows_the_samples_not_the_span():
@@ -119,30 +98,6 @@ def test_a_clock_that_stands_still_is_refused():
         order(np.full(4, 3.0), "x")
 
 
-def test_equal_stamps_are_kept_and_said():
-    put = order(np.array([0.0, 1.0, 1.0, 1.0, 2.0]), "x")
-    assert len(put.time) == 5
-    assert "2 equal time stamps (the clock stands at 1 s for 3 samples)" in put.notes[0]
-
-
-@given(st.lists(st.floats(0.0, LATE / 2), min_size=2, max_size=50))
-def test_disorder_within_the_limit_always_ends_in_order(offsets):
-    time = 0.1 * np.arange(len(offsets)) + np.array(offsets)
-    if len(np.unique(time)) < 2:
-        return
-    put = order(time, "x")
-    assert (np.diff(put.time) >= 0.0).all()
-    assert sorted(put(np.arange(len(time))).tolist()) == list(range(len(time)))
-
-
-def test_lost_samples_stay_a_gap():
-    sent = np.concatenate((0.01 * np.arange(300), 5.0 + 0.01 * np.arange(300)))
-    delivered = 0.03 * np.ceil(sent / 0.03 - 1e-9)
-    steps = np.diff(paced(delivered, 0.01))
-    assert steps.max() > 1.9
-    assert np.median(steps) == pytest.approx(0.01)
-
-
 @pytest.mark.parametrize("drift", [-2e-4, 2e-4])
 def test_a_drifting_clock_is_followed(drift):
     sent = 0.01 * (1.0 + drift) * np.arange(20000)
@@ -150,15 +105,6 @@ def test_a_drifting_clock_is_followed(drift):
     delivered = polls[np.searchsorted(polls, sent)]
     assert np.abs(delivered - sent).max() > 0.03
     assert np.abs(paced(delivered, 0.01) - sent)[:19800].max() < 0.004
-
-
-@given(st.integers(1, 9), st.lists(st.integers(0, 25), max_size=12))
-def test_pieces_give_what_the_whole_gives(step, lengths):
-    stride, taken, begin = Stride(step), [], 0
-    for length in lengths:
-        taken += np.arange(begin, begin + length)[stride.over(length)].tolist()
-        begin += length
-    assert taken == list(range(0, begin, step))
 
 
 def table():

@@ -7,12 +7,10 @@ from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE, SHARE
-from tierod.core.toml import Document, build, kind_name, override
+from tierod.core.toml import Document, build, override
 from tierod.core.toml_document import line_of
 
 
@@ -98,12 +96,6 @@ def test_defaults_units_and_every_type():
     assert built.until == math.inf
 
 
-def test_the_kind_may_be_left_out_where_the_default_shows_it():
-    assert car("mass = 1\n[driver]\ngain = 2").driver == CruiseControl(2.0)
-    assert car("mass = 1\n[driver]\nkind = 'cruise_control'").driver == CruiseControl()
-    assert kind_name(CruiseControl) == "cruise-control"
-
-
 @pytest.mark.parametrize(
     ("text", "line", "words"),
     [
@@ -135,18 +127,6 @@ def test_a_slip_is_named_with_its_line(text, line, words):
     assert str(caught.value).startswith("car.toml, line " + str(line) if line else "car.toml: ")
 
 
-@dataclass(frozen=True)
-class Ramp:
-    rate: Annotated[float, "{signal}/s"] = 0.0
-
-
-def test_a_unit_that_depends_on_a_signal():
-    document = Document.parse("rate = '2 deg/min'")
-    assert build(Ramp, document.content, document, signal="rad").rate == pytest.approx(math.radians(2.0) / 60.0)
-    with pytest.raises(ParameterError, match="no unit is known here"):
-        build(Ramp, document.content, document)
-
-
 @pytest.mark.parametrize(("text", "words"), [("a = ", "not valid TOML"), (None, "cannot be read")])
 def test_a_file_that_is_no_toml(tmp_path, text, words):
     path = tmp_path / "a.toml"
@@ -154,17 +134,6 @@ def test_a_file_that_is_no_toml(tmp_path, text, words):
         path.write_text(text)
     with pytest.raises(ParameterError, match=words):
         Document.read(path)
-
-
-@given(st.text("massped_ =[]{}'\"1.\n", max_size=30))
-def test_any_text_gives_a_car_or_a_sentence(text):
-    try:
-        built = car(text)
-    except ParameterError as error:
-        said = str(error)
-        assert said.startswith("car.toml")
-    else:
-        assert built.mass > 0.0
 
 
 WHOLE = Car(1500.0, wheels=(Wheel(0.3), Wheel(0.4)), driver=Person(1.0), spares={"boot": Wheel()})
@@ -256,32 +225,3 @@ size = 2
 def test_knows_arrays_inline_tables_and_strings_of_several_lines(path, line):
     tomllib.loads(MANY)
     assert line_of(MANY, path) == line
-
-
-WORDS = st.text("abcdefgh-_19", min_size=1, max_size=4)
-QUOTED = st.text(" .#[]={}'abc\\\"\u00e9", max_size=6).map(
-    lambda text: '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
-)
-VALUES = st.recursive(
-    st.one_of(st.integers().map(str), st.floats(allow_nan=False).map(repr), QUOTED, st.just("'''a\n[b]\n'''")),
-    lambda inner: st.one_of(
-        st.lists(inner, max_size=3).map(lambda parts: "[" + ",\n".join(parts) + "]"),
-        st.dictionaries(WORDS, inner, max_size=3).map(
-            lambda table: "{" + ", ".join(f"{key} = {value}" for key, value in table.items()) + "}"
-        ),
-    ),
-    max_leaves=6,
-)
-
-
-@given(st.dictionaries(st.one_of(WORDS, QUOTED), VALUES, min_size=1, max_size=5))
-def test_finds_every_key_of_any_document(table):
-    text, lines = "", {}
-    for key, value in table.items():
-        lines[tomllib.loads(f"key = {key}")["key"] if key[0] == '"' else key] = text.count("\n") + 1
-        text += f"{key} = {value}\n"
-    try:
-        content = tomllib.loads(text)
-    except tomllib.TOMLDecodeError:
-        return  # the same key written in two ways
-    assert {key: line_of(text, (key,)) for key in content} == lines

@@ -4,8 +4,6 @@ import ast
 import functools
 import importlib
 import re
-import shutil
-import subprocess
 import sys
 from pathlib import Path
 
@@ -106,17 +104,3 @@ def test_names_of_the_code_on_a_page_exist(page):
         found for code in quoted for found in re.findall(r"^(?:tests|scripts|examples|benchmarks)/[\w./-]+$", code)
     }
     assert {path for path in paths if not (ROOT / path).exists()} == set()
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(shutil.which("mkdocs", path=Path(sys.executable).parent) is None, reason="mkdocs is not installed")
-def test_the_site_builds_and_loads_nothing_from_elsewhere(tmp_path):
-    mkdocs = Path(sys.executable).parent / "mkdocs"
-    command = [str(mkdocs), "build", "--strict", "--quiet", "--site-dir", str(tmp_path / "site")]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=600)
-    assert done.returncode == 0, done.stderr
-    for page in (tmp_path / "site").rglob("*.html"):
-        loaded = re.findall(
-            r"<(?:script|img|link|iframe)[^>]+(?:src|href)=\"?(https?://[^\"\s>]+)", page.read_text("utf-8")
-        )
-        assert [address for address in loaded if "canonical" not in address] == []

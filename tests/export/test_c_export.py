@@ -1,12 +1,10 @@
 import re
-import shutil
 import subprocess
 
 import numpy as np
 import pytest
 
 from exported_c import exported, needs_gcc, reference, rounded, run, worst_share
-from tierod.core.errors import ParameterError
 from tierod.export.subject import subject_of, subject_of_block
 from tierod.export.vectors import random_inputs
 from watched_torque import Watch
@@ -77,13 +75,6 @@ def test_a_clock_of_single_precision_goes_on_after_a_hundred_hours(watch, tmp_pa
     assert np.count_nonzero(found[:, 0] != reference(watch, DRIVE)[:, 0]) <= 1
 
 
-@needs_gcc
-def test_a_mask_of_valid_inputs_takes_the_place_of_nan(watch, tmp_path):
-    face = exported(watch, tmp_path, precision="double", validity=True)
-    assert worst_share(run(face, tmp_path, DRIVE), reference(watch, DRIVE)).max() <= 1e-13
-    assert "TIEROD_WATCH_VALID_DRIVER_TORQUE (1UL << 0U)" in (tmp_path / "tierod_watch.h").read_text()
-
-
 def test_the_same_export_gives_the_same_bytes(friction, tmp_path):
     for name in ("one", "two"):
         exported(friction, tmp_path / name)
@@ -107,20 +98,6 @@ def test_the_header_says_unit_meaning_and_range(watch, tmp_path):
     assert text.isascii()
 
 
-@pytest.mark.skipif(shutil.which("g++") is None, reason="g++ is not installed")
-def test_a_program_in_cpp_calls_it(watch, tmp_path):
-    face = exported(watch, tmp_path)
-    (tmp_path / "use.cpp").write_text(
-        f'#include "{face.prefix}.h"\nint main() {{ return {face.prefix}_version()[0]; }}\n'
-    )
-    for command in (
-        ["gcc", "-c", *sorted(path.name for path in tmp_path.glob("tierod_*.c"))],
-        ["g++", "use.cpp", *(f"{path.stem}.o" for path in tmp_path.glob("tierod_*.c")), "-lm", "-o", "use"],
-    ):
-        subprocess.run(command, cwd=tmp_path, check=True)
-    assert subprocess.run([tmp_path / "use"], check=False).returncode == ord("t")
-
-
 def test_what_an_ecu_forbids_is_not_there(friction, tmp_path):
     exported(friction, tmp_path)
     text = (tmp_path / "tierod_friction.c").read_text()
@@ -131,10 +108,3 @@ def test_what_an_ecu_forbids_is_not_there(friction, tmp_path):
     bodies = re.findall(r"^static void \w+\([^)]*\)\n\{\n(.*?)^\}", code, flags=re.DOTALL | re.MULTILINE)
     assert bodies
     assert max(body.count(";") for body in bodies) <= 200
-
-
-def test_what_is_no_block_is_refused_in_a_sentence():
-    with pytest.raises(ParameterError, match="judges a recording as a whole"):
-        subject_of("hysteresis", "midsize-eps", "hoist")
-    with pytest.raises(ParameterError, match="lacks motor_resistance"):
-        subject_of("motor-angle", "midsize-eps")

@@ -222,18 +222,6 @@ def test_power_loss_at_any_write_leaves_the_old_or_the_new_memory(codes, library
     assert found == {False, True}
 
 
-def test_a_store_that_holds_nothing_or_another_table_is_begun_anew(codes, library, tmp_path):
-    memory = Memory(library, codes)
-    memory.stored[:] = bytes(np.random.default_rng(3).integers(0, 256, len(memory.stored), dtype=np.uint8))
-    assert not memory("load")
-    assert memory("begin_cycle")
-    assert not memory("begin_cycle")
-    memory.stored[4] ^= 1
-    again = Memory(library, codes)
-    again.stored[:] = memory.stored
-    assert not again("load")
-
-
 def test_the_command_line_writes_what_make_compares_and_a_wrong_number_fails(tmp_path, capsys):
     folder = tmp_path / "ecu"
     assert main(["export", "c", "fault-memory", "-o", str(folder)]) == 0

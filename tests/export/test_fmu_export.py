@@ -165,24 +165,6 @@ def test_a_plant_gives_its_outputs_at_the_instant_of_its_inputs(benches, tmp_pat
     assert worst_share(found, wanted).max() <= 1e-12
 
 
-def test_a_state_is_kept_restored_and_written(watches, tmp_path):
-    model, path = watches
-    instance = Instance(path, tmp_path)
-    instance.begin()
-    instance.begun()
-    rows_of(instance, model, np.full((40, 1), 4.0), 0.01)
-    fmu = instance.fmu
-    kept = fmu.getFMUstate()
-    written = fmu.serializeFMUstate(kept)
-    first = rows_of(instance, model, np.full((30, 1), 5.0), 0.01)
-    for state in (kept, fmu.deSerializeFMUstate(written)):
-        fmu.setFMUstate(state)
-        instance.time = 0.4
-        assert np.array_equal(rows_of(instance, model, np.full((30, 1), 5.0), 0.01), first)
-        fmu.freeFMUstate(state)
-    instance.end()
-
-
 def test_a_tunable_parameter_acts_from_the_next_step_and_a_fixed_one_before_the_first(watches, tmp_path):
     model, path = watches
     kinds = {each.name: each.kind for each in model.variables}
@@ -198,19 +180,6 @@ def test_a_tunable_parameter_acts_from_the_next_step_and_a_fixed_one_before_the_
     instance.set(["limit"], [1.0])
     assert rows_of(instance, model, np.full((50, 1), 5.0), 0.01)[-1, 0] == 2.0
     instance.end()
-
-
-def test_a_communication_step_of_any_length_takes_the_samples_that_fall_into_it(watches, tmp_path):
-    model, path = watches
-    fine, coarse = Instance(path, tmp_path / "fine"), Instance(path, tmp_path / "coarse")
-    for instance in (fine, coarse):
-        instance.begin()
-        instance.begun()
-    rows = rows_of(fine, model, np.full((400, 1), 5.0), 0.001)[9::10]
-    assert np.array_equal(rows[4::5], rows_of(coarse, model, np.full((8, 1), 5.0), 0.05))
-    assert np.array_equal(rows[:, 1:], scan(Watch(), np.full((40, 1), 5.0)).values[:, 1:])
-    fine.end()
-    coarse.end()
 
 
 def wrong(instance, action, *arguments):
@@ -231,19 +200,6 @@ def test_what_is_wrong_is_said_in_a_message(watches, tmp_path):
     assert "'smooth' is no input and no parameter" in wrong(instance, instance.set, ["smooth"], [1.0])
     assert "no variable with the value reference 99" in wrong(instance, instance.fmu.getReal, [99])
     assert "'statement.status' is an enumeration" in wrong(instance, instance.get, ["statement.status"])
-    instance.end()
-
-
-def test_a_plant_that_diverges_and_a_step_that_does_not_fit_are_named(benches, tmp_path):
-    bench = ColumnBench()
-    model, path = benches
-    instance = Instance(path, tmp_path)
-    instance.begin()
-    instance.begun()
-    assert "no multiple of" in wrong(instance, instance.step, 1.5 * bench.step_time)
-    name = model.of("input")[0].name
-    instance.set([name], [np.nan])
-    assert "is no longer finite at 0 s" in wrong(instance, instance.step, bench.step_time)
     instance.end()
 
 

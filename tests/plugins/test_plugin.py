@@ -164,24 +164,6 @@ def test_broken_monitors_are_named_with_their_package_and_all_else_goes_on(tmp_p
     assert friction[2] == ""
 
 
-def test_two_packages_with_one_name(tmp_path):
-    sites = [
-        package(tmp_path / name, name, "tierod.vehicles", "twin", name, "") for name in ("first-car", "second-car")
-    ]
-    out, said = tierod(tmp_path, "vehicles", site=sites)
-    assert "midsize-eps" in out
-    assert "the packages first-car 1.0 and second-car 1.0 both register a vehicle 'twin'" in said
-    said = tierod(tmp_path, "vehicles", "twin", site=sites, code=3)[1]
-    assert "pip uninstall second-car" in said
-
-
-def test_a_name_of_tierod_stays_its_own(tmp_path):
-    site = package(tmp_path / "site", "other-friction", "tierod.monitors", "friction", "other:MONITOR", "MONITOR = 1")
-    out, said = tierod(tmp_path, "monitors", "--json", site=site)
-    assert [each["package"] for each in json.loads(out)["monitors"] if each["name"] == "friction"] == ["tierod"]
-    assert "the monitor 'friction' of the package other-friction 1.0 is not used" in said
-
-
 READER = "from tierod.io.readers import Format\nREADER = Format('odd', 'odd', ('.odd',), {open}, {recognises})"
 
 

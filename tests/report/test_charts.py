@@ -15,13 +15,12 @@ from diagnosis_examples import friction_fault, trace
 from experiments.test_summary import ROWS, gate, summary
 from report_pages import Page, charts
 from tierod.core.claims import Claim, at_least, at_most
-from tierod.core.content import Bars, Boxes, Cells, Chart, Heading, Lines, Panel, Points, Table
+from tierod.core.content import Bars, Boxes, Chart, Heading, Lines, Panel, Points, Table
 from tierod.core.findings import Curve, Decided, Diagnosis, Element, Episode, Estimate, Finding, Status, Trace
 from tierod.report import write_html
 from tierod.report.charts.decisions import looks_chart, most_relevant, quiet_figure
-from tierod.report.charts.elements import state_figure, substitute_figures
+from tierod.report.charts.elements import substitute_figures
 from tierod.report.charts.over_time import estimate_figures, signal_figure
-from tierod.report.charts.panels import panel_figure
 from tierod.report.diagnosis import deciding, render
 from tierod.report.html import TEMPLATES, heads, packed_series
 from tierod_lab.campaign.report import render_campaign
@@ -119,18 +118,6 @@ def with_elements():
     return Diagnosis((finding,), elements, {each.name: each for each in traces})
 
 
-def test_every_element_has_a_row_of_its_states():
-    figure = state_figure(with_elements())
-    heat = figure.data[0]
-    assert heat["y"] == ["Yaw rate", "Drive left"]
-    assert heat["z"][0][40] == 1.0
-    assert heat["text"][0][40] == "fault"
-    assert heat["text"][0][10] == "not testable"
-    assert (heat["z"][0][-1], heat["text"][0][-1]) == (None, "not judged")
-    assert heat["text"][1][0] == "healthy"
-    assert [each["name"] for each in figure.data[1:]] == ["healthy", "not testable", "suspect", "fault"]
-
-
 def test_a_replaced_sensor_shows_reading_substitute_and_band_in_usual_units():
     (figure,) = substitute_figures(with_elements())
     lines = {each["name"]: each for each in figure.data}
@@ -185,25 +172,6 @@ def test_claims_stand_with_their_figures_and_verdicts():
     ):
         assert said in words
     assert "1 holds, 2 do not hold, 1 not measured" in words
-
-
-def test_cells_are_drawn_from_the_top_with_their_shares_in_them():
-    cells = Cells("share", ["yaw rate", "angle"], ["yaw rate", "angle", "torque"], np.array([[1, 0, 0.25], [0, 1, 0]]))
-    figure = panel_figure(Chart("named", "Named", "", "", (Panel("", "named", "true", (cells,)),)))
-    (drawn,) = figure.data
-    assert drawn["type"] == "heatmap"
-    assert drawn["z"][0] == [1.0, 0.0, 0.25]
-    assert drawn["text"] == [["1", "", "0.25"], ["", "1", ""]]
-    assert figure.layout["yaxis"]["autorange"] == "reversed"
-    assert figure.summary[0][1:] == ("0", "0.375", "1")
-
-
-def test_points_that_stand_sideways_have_their_ranges_along():
-    marks = (Points("effect", ["a", "b"], [1.0, 2.0], [0.5, 1.0], [1.5, 4.0]),)
-    (drawn,) = panel_figure(Chart("c", "", "", "", (Panel("", "", "", marks, sideways=True),))).data
-    assert drawn["y"] == ["a", "b"]
-    assert drawn["error_x"]["array"] == [0.5, 2.0]
-    assert "error_y" not in drawn
 
 
 EVIL = "<script>alert(1)</script>"

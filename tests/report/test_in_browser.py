@@ -1,8 +1,5 @@
 """Pages in a headless browser: charts, colours, cursor, explanations, data, folds, width, and what axe-core finds."""
 
-import csv
-import io
-
 import numpy as np
 import pytest
 
@@ -119,15 +116,3 @@ def test_the_explanation_of_a_word_appears_on_focus_hover_and_touch(opened):
     touch.locator("main a.info:visible").first.tap()
     assert touch.locator(".tip").is_visible()
     assert "#" not in touch.url
-
-
-def test_the_data_of_a_chart_is_a_table_in_its_units(opened):
-    page = opened(render(friction_fault()))
-    with page.expect_download() as download:
-        page.locator("#signals button", has_text="Data (CSV)").click()
-    rows = list(csv.DictReader(io.StringIO(download.value.path().read_text(encoding="utf-8-sig"))))
-    speed = [row for row in rows if row["series"] == "vehicle_speed"]
-    assert download.value.suggested_filename == "signals.csv"
-    assert {row["unit"] for row in speed} == {"km/h"}
-    assert float(speed[0]["mean"]) == pytest.approx(72.0, rel=0.01)
-    assert len(speed) == 2000

@@ -13,16 +13,15 @@ import pytest
 from rich.console import Console
 
 import tierod.report
-from diagnosis_examples import EXAMPLES, friction_fault, trace
+from diagnosis_examples import EXAMPLES, friction_fault
 from report_pages import Page, charts, series
 from tierod.core.findings import Estimate
 from tierod.report import print_table, to_json
 from tierod.report.charts.over_time import signal_figure
 from tierod.report.diagnosis import render
-from tierod.report.display import duration, evidence, interval, number
+from tierod.report.display import duration, interval, number
 from tierod.report.document import SCHEMA, plain
 from tierod.report.gauge import gauge
-from tierod.report.glossary import explanation
 from tierod.report.html import TEMPLATES
 
 
@@ -90,21 +89,6 @@ def test_levels_truth_and_enabled_stretches_are_drawn(fault_page):
     assert "change began" in labels
 
 
-@pytest.mark.parametrize(
-    ("origin", "printed"),
-    [
-        (1533198887.0, "<dt>Began</dt><dd>2018-08-02 08:34:47 UTC</dd>"),
-        (0.0, "<dt>Origin</dt><dd>0</dd>"),
-        (1e300, "<dt>Origin</dt>"),
-        (float("nan"), "<dt>Origin</dt>"),
-    ],
-)
-def test_when_a_recording_began_is_printed_as_a_date(origin, printed):
-    made = friction_fault()
-    text = render(dataclasses.replace(made, recording={**made.recording, "origin": origin}))
-    assert printed in text
-
-
 def test_a_gap_stays_a_gap(fault_page):
     drawn = signal_figure(friction_fault()).data
     yaw = next(mark for mark in drawn if mark.get("name") == "Yaw rate")
@@ -126,38 +110,6 @@ def test_names_cannot_break_out_of_the_page():
     assert evil not in text
     assert Page(text).open == []
     assert charts(text)["loops"]["layout"]["annotations"][0]["text"].lower() == evil
-
-
-def test_an_all_missing_estimate_is_drawn_without_warnings():
-    diagnosis = friction_fault(bins=50)
-    nothing = np.full(50, np.nan)
-    traces = {
-        name: trace(name, "N*m", np.arange(50.0), nothing)
-        for name in ("friction", "friction_standard_deviation", "enabled")
-    }
-    text = render(dataclasses.replace(diagnosis, traces=traces, loops={"none": (nothing, nothing)}, histograms={}))
-    assert "no value in the whole recording" in text
-
-
-def test_every_sensor_and_actuator_has_its_line_and_every_episode_too():
-    page = Page(render(EXAMPLES["several_elements"]()))
-    said = " ".join(" ".join(page.texts).split()).partition("Sensors and actuators")[2]
-    order = [
-        "Yaw rate",
-        "fault",
-        "outlier",
-        "12 s",
-        "12.4 s",
-        "positive offset",
-        "31.2 s",
-        "end",
-        "16.62",
-        "Tie rod force",
-    ]
-    place = 0
-    for each in order:
-        place = said.index(each, place) + len(each)
-    assert "not separable from steering motor 2" in said
 
 
 def test_the_page_ranks_uncertain_parameters_and_calls_an_estimate_by_its_word():
@@ -203,14 +155,6 @@ def test_series_are_whole():
     gap = np.isnan(diagnosis.traces["yaw_rate"].mean)
     assert [value is None for value in document["traces"]["yaw_rate"]["mean"]] == gap.tolist()
     assert len(document["histograms"]["0 to 15 min"]["edges"]) == 61
-
-
-def test_parameters_stand_by_how_far_they_move_the_result_and_an_estimate_has_its_word():
-    document = json.loads(to_json(EXAMPLES["estimated"]()))
-    assert [each["name"] for each in document["parameter_effects"]] == ["rear_distance", "steering_ratio"]
-    assert document["parameter_effects"][0]["effect"] == pytest.approx(0.0605)
-    assert document["findings"][0]["status"] == document["status"] == "estimated"
-    assert document["exit_code"] == 0
 
 
 def printed(name):
@@ -271,10 +215,6 @@ def test_says_what_was_found(name, expected):
         assert each in text
 
 
-def test_square_brackets_of_a_recording_are_no_markup():
-    assert "[/" not in printed("friction_fault")
-
-
 def test_what_a_finding_warns_of_is_not_repeated_under_the_remarks():
     example = EXAMPLES["friction_fault"]()
     row = next(row for row in example.quality if row.remarks)
@@ -322,38 +262,8 @@ def test_an_estimate_is_rounded_by_its_own_uncertainty(value, spread, expected):
     assert interval(Estimate("friction", value, spread, "N*m")) == expected
 
 
-def test_the_interval_of_a_root_mean_square_begins_at_zero():
-    assert interval(Estimate("torque of the driver's hands, rms", 0.007, 0.017, "N*m"))[:3] == (
-        "0.007",
-        "0.000",
-        "0.040",
-    )
-    assert interval(Estimate("torque", 0.007, 0.017, "N*m"))[1].startswith("−")
-
-
-@pytest.mark.parametrize(
-    ("name", "value", "expected"),
-    [
-        ("enabled_seconds", 130.0, ("Enabled", "2 min 10 s")),
-        ("enabled_share", 0.364, ("Enabled share", "36 %")),
-        ("bias_nm", 0.5, ("Bias", "0.5 N·m")),
-        ("share", float("nan"), ("Share", "–")),
-    ],
-)
-def test_evidence_carries_its_unit_in_its_name(name, value, expected):
-    assert evidence(name, value) == expected
-
-
 def estimate(value=12.4, spread=0.1, **reference):
     return Estimate("friction", value, spread, "N*m", reference)
-
-
-def test_marks_stand_where_their_values_are():
-    drawing = gauge(estimate(nominal=4.0, fault=8.0))
-    ticks = [float(x) for x in re.findall(r'<line x1="([\d.]+)"[^>]*stroke-width="2.5"', drawing)]
-    dot = float(re.search(r'<circle cx="([\d.]+)"', drawing)[1])
-    assert ticks[1] - 14.0 == pytest.approx(2.0 * (ticks[0] - 14.0), abs=0.2)
-    assert (dot - 14.0) / (ticks[0] - 14.0) == pytest.approx(12.4 / 4.0, rel=1e-3)
 
 
 def test_it_shows_its_content_to_those_who_do_not_see_it():
@@ -395,12 +305,3 @@ def test_every_colour_that_is_named_is_in_the_style():
     named = {name for path in places for name in re.findall(r"var\((--[a-z-]+)", path.read_text(encoding="utf-8"))}
     assert len(named) > 20
     assert named <= known
-
-
-def test_words_are_explained_with_their_sign_and_the_unit_of_the_page():
-    name, meaning = explanation("Yaw rate [°/s]")
-    assert name == "Yaw rate"
-    assert "Positive: " in meaning
-    assert meaning.endswith("Shown in °/s.")
-    assert "axle" in explanation("Front cornering stiffness")[1]
-    assert explanation("no such word") is None

@@ -7,7 +7,7 @@ import dataclasses
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod.vehicles import QUANTITIES, VEHICLES, load, shipped
+from tierod.vehicles import QUANTITIES, VEHICLES, load
 from tierod.vehicles.classes import Known, bound_distance, class_of, classes, in_words, moved, typical, with_spread
 from tierod.vehicles.writer import begun, known_from
 
@@ -33,13 +33,6 @@ def test_given_values_replace_the_class_and_their_spread_reaches_what_follows():
     # The share of the weight, 0.58 +- 0.035, decides the distances.
     assert sharp["rear_distance"].standard_deviation == pytest.approx(0.035 * 2.68, rel=0.01)
     assert loose["yaw_inertia"].standard_deviation > 1.5 * sharp["yaw_inertia"].standard_deviation
-
-
-@pytest.mark.parametrize(
-    ("name", "kind"), [("midsize-eps", "midsize"), ("ferrari-250lm", "race-car"), ("smartload", "quadricycle")]
-)
-def test_the_class_of_a_shipped_car(name, kind):
-    assert class_of(load(name)) == kind
 
 
 def test_the_class_of_an_own_car_follows_from_mass_wheelbase_and_tyres(tmp_path):
@@ -72,12 +65,6 @@ def test_a_similar_car_is_scaled_to_the_given_mass_and_wheelbase():
     assert found["front_cornering_stiffness"].value == pytest.approx(like["front_cornering_stiffness"] * 1480 / 1600)
     assert found["torsion_bar_stiffness"].value == like["torsion_bar_stiffness"]
     assert "midsize-eps" in found["torsion_bar_stiffness"].source
-
-
-def test_torques_in_counts_are_not_taken_from_another_car():
-    _, found = parameters([], like="rav4")
-    assert found["nominal_friction"].unit == "N*m"
-    assert "suv" in found["nominal_friction"].source
 
 
 @pytest.mark.parametrize(
@@ -181,8 +168,3 @@ def test_a_file_without_deviations_takes_those_of_its_class_and_an_explicit_zero
     assert "class 'midsize'" in sentence
     assert "standard_deviation in the vehicle file" in sentence
     assert in_words(vehicle, ()) == ""
-
-
-@pytest.mark.parametrize("name", shipped())
-def test_shipped_files_give_every_deviation_themselves(name):
-    assert with_spread(load(name))[1] == ()

@@ -5,8 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from tierod.core.errors import ParameterError
 from tierod.vehicles import QUANTITIES, load, shipped
@@ -110,42 +108,6 @@ def test_a_slip_is_named_with_its_line(write, old, new, line, message):
     assert f"line {line}" in str(caught.value)
 
 
-VALUES = st.sampled_from(
-    ["3", "-1.5", "true", "[]", "[1]", '""', '"kg"', '"N*m"', "{}", "{ value = 1 }", "nan", "1979-05-27", ""]
-)
-
-
-@given(
-    line=st.integers(0, len(WHOLE.splitlines()) - 1), value=VALUES, key=st.sampled_from(["name", "mass", "unit", "x.y"])
-)
-def test_any_one_wrong_line_loads_or_is_explained(tmp_path_factory, line, value, key):
-    lines = WHOLE.splitlines()
-    before, equals, _ = lines[line].partition("=")
-    lines[line] = f"{before}={value}" if equals else f"[{key}]"
-    path = tmp_path_factory.mktemp("fuzz") / "car.toml"
-    path.write_text("\n".join(lines), encoding="utf-8")
-    said = "car.toml"
-    try:
-        load(path)
-    except ParameterError as error:
-        said = str(error)
-    assert "car.toml" in said
-
-
-def test_an_absent_file_is_named(tmp_path):
-    with pytest.raises(ParameterError, match="there is no vehicle file .*car.toml; 'tierod vehicles' lists"):
-        load(tmp_path / "car.toml")
-
-
-def test_a_value_without_a_unit_is_reported_without_gaps(tmp_path):
-    path = tmp_path / "mine.toml"
-    path.write_text(WHOLE + '\n[parameters.motor_ratio]\nvalue = -18.0\nunit = ""\nsource = "counted"\n')
-    with pytest.raises(
-        ParameterError, match=r"motor_ratio is -18, but a road vehicle lies between 0\.5 and 200; check"
-    ):
-        load(path)
-
-
 TEXT = (SHIPPED / "column-bench.toml").read_text(encoding="utf-8")
 FOUND = Change(0.0012345678901, 1.23456e-5, 'identified from "bench.mf4"')
 
@@ -177,15 +139,6 @@ def test_line_ends_of_windows_stay():
 
 
 THRESHOLDS = {"source": "an hour of healthy driving", "gap": 2.5, "fast": {"yaw_rate": 1.0, "yaw_rate + angle": 2.0}}
-
-
-def test_thresholds_are_added_and_read_back(tmp_path):
-    path = tmp_path / "car.toml"
-    path.write_text(with_thresholds(TEXT, "condition", THRESHOLDS), encoding="utf-8")
-    assert path.read_text(encoding="utf-8").startswith(TEXT.rstrip())
-    car = load(path)
-    assert car.thresholds == {"condition": THRESHOLDS}
-    assert car.parameters.keys() == load("column-bench").parameters.keys()
 
 
 def test_older_thresholds_are_replaced_and_those_of_others_stay():

@@ -48,14 +48,6 @@ def use(monkeypatch, places, script):
     monkeypatch.setattr(compiler, "compiler", lambda: (str(path),))
 
 
-def test_a_kernel_is_compiled_once_and_kept_for_the_user_alone(places, monkeypatch):
-    assert compiler.load(SOURCE, "kernel").one() == 1
-    assert files(places) == [file_of(places / "cache").name]
-    assert (places / "cache").stat().st_mode & 0o777 == 0o700
-    monkeypatch.setattr(compiler, "_compiled", None)
-    assert compiler.load(SOURCE, "kernel").one() == 1
-
-
 @pytest.mark.parametrize(
     ("script", "says"),
     [
@@ -152,17 +144,6 @@ def test_what_is_in_the_place_of_a_kernel_is_no_obstacle(places, in_the_way):
     assert target.is_file()
 
 
-@pytest.mark.parametrize("blocked", ["cache", "temporary"])
-def test_a_cache_that_cannot_be_made_is_reported_and_no_obstacle(places, monkeypatch, blocked):
-    (places / "file").write_text("")
-    monkeypatch.setenv("TIEROD_CACHE", str(places / "file" / "below"))
-    if blocked == "temporary":
-        (places / "temporary" / f"tierod-{os.getuid()}").write_text("")
-    where = "nowhere" if blocked == "temporary" else "in "
-    with pytest.warns(KernelWarning, match=f"cannot be used .*not a directory.*TIEROD_CACHE.*are kept {where}"):
-        assert compiler.load(SOURCE, "kernel").one() == 1
-
-
 def test_a_full_disk_is_reported_and_no_obstacle(places, monkeypatch):
     real = kernel_cache.replacing
 
@@ -197,12 +178,3 @@ def test_a_kernel_in_use_survives_whatever_becomes_of_its_file(places):
     os.truncate(file_of(places / "cache"), 0)
     shutil.rmtree(places / "cache")
     assert library.one() == 1
-
-
-def test_options_of_the_user_win_and_name_another_kernel(monkeypatch):
-    command = compiler.compiler()
-    plain = compiler.kernel_name(command, "int x;", "kernel")
-    monkeypatch.setenv("TIEROD_CFLAGS", "-O1 -DTIEROD_ANYTHING")
-    assert compiler.kernel_name(command, "int x;", "kernel") != plain
-    source = "#ifndef TIEROD_ANYTHING\n#error without the option\n#endif\nint answer(void) { return 7; }\n"
-    assert compiler.load(source, "kernel").answer() == 7

@@ -2,7 +2,6 @@
 
 from collections import deque
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -49,17 +48,6 @@ def test_the_virtual_machine_gives_what_compiled_code_gives(samples):
     compiled = scan(Everything(), samples, engine="compiled")
     np.testing.assert_allclose(interpreted.values, compiled.values, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(interpreted.state.values, compiled.state.values, rtol=1e-12, atol=1e-12)
-
-
-@pytest.mark.parametrize("engine", ["compiled", "virtual machine"])
-def test_a_stream_equals_a_scan_to_the_last_bit(samples, engine):
-    block = Everything(gain=0.21)
-    offline = scan(block, samples, engine=engine)
-    live = Stream(block, engine=engine)
-    pushed = np.array([[leaf for _, leaf in leaves(live.push({"a": a, "b": b}))] for a, b in samples])
-    np.testing.assert_array_equal(pushed, offline.values)
-    np.testing.assert_array_equal(live.state.values, offline.state.values)
-    assert live.state.count == offline.state.count == len(samples)
 
 
 def test_lanes_equal_scans_to_the_last_bit(samples):
@@ -111,32 +99,6 @@ def test_wrong_samples_are_refused(samples):
 def test_the_state_of_another_block_is_refused(samples, state):
     with pytest.raises(InputError, match="remembers 9 numbers; go on from the state of a block of the same structure"):
         scan(Everything(), samples, state)
-
-
-class Nested(NamedTuple):
-    pair: Pair
-    single: float
-
-
-@dataclass(frozen=True)
-class Sum:
-    """No state, no tuning, a nested sample."""
-
-    Sample = Nested
-
-    def init(self):
-        return ()
-
-    def step(self, state, sample):
-        return (), Pair(sample.pair.a + sample.single, sample.pair.b)
-
-
-@pytest.mark.parametrize("engine", ["compiled", "virtual machine"])
-def test_a_block_without_state_or_tuning_runs_and_takes_a_nested_sample(engine):
-    live = Stream(Sum(), engine=engine)
-    assert live.push(Nested(Pair(1.0, 2.0), 3.0)) == Pair(4.0, 2.0)
-    assert live.push({"pair.a": 1.0, "pair.b": 2.0, "single": 4.0}) == Pair(5.0, 2.0)
-    assert scan(Sum(), np.ones((1500, 3)), engine=engine).values.sum() == 3 * 1500
 
 
 @dataclass(frozen=True)

@@ -3,18 +3,15 @@
 import os
 import pickle
 import random
-import re
 import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
 
 from tierod.core.block import structure
-from tierod.core.errors import OutputError
 from tierod.core.graph import compiler, known_graphs, scan
-from tierod.core.graph.kernel_cache import Bounds, KernelCache
+from tierod.core.graph.kernel_cache import KernelCache
 from tierod.core.graph.trace import _trace
 from tierod.methods.detectors import Cusum
 
@@ -48,46 +45,6 @@ def test_neither_a_cut_nor_a_flipped_bit_passes(cache, file, seed):
         assert cache.kept(NAME) is None
 
 
-def aged(cache, number, days, size=1000):
-    path = cache.folder / f"{name(number)}.kernel"
-    cache.keep(name(number), bytes(size))
-    then = time.time() - 86400.0 * days
-    os.utime(path, (then, then))
-    return path
-
-
-def left(cache):
-    return {int(path.stem.rpartition("-")[2], 16) for path in cache.folder.glob("tierod_kernel-0000*.kernel")}
-
-
-def test_what_was_not_used_for_long_goes(tmp_path):
-    cache = KernelCache(tmp_path)
-    aged(cache, 1, 89.0)
-    aged(cache, 2, 91.0)
-    cache.prune()
-    assert left(cache) == {1}
-
-
-@pytest.mark.parametrize("bounds", [Bounds(count=2), Bounds(bytes=2500)])
-def test_of_too_many_or_too_much_the_least_recently_used_go(tmp_path, bounds):
-    cache = KernelCache(tmp_path)
-    for number in range(1, 5):
-        aged(cache, number, float(number))
-    assert cache.kept(name(4)), "reading is using"
-    KernelCache(tmp_path, bounds).prune()
-    assert left(cache) == {1, 4}
-
-
-def test_files_of_others_stay_and_those_of_former_versions_go(tmp_path):
-    cache = KernelCache(tmp_path)
-    for title in ("notes.kernel", "tierod.so", name(1) + ".so", f".{name(2)}.0123456789ab.kernel", ".notes.kernel"):
-        path = tmp_path / title
-        path.write_text("")
-        os.utime(path, (0, 0))
-    cache.prune()
-    assert {path.name for path in tmp_path.iterdir()} == {"notes.kernel", "tierod.so", ".notes.kernel"}
-
-
 KILLED = (
     "import os, pathlib, sys; from tierod.core.graph.kernel_cache import KernelCache\n"
     "with KernelCache(pathlib.Path(sys.argv[1])).building(sys.argv[2]) as build:\n"
@@ -104,12 +61,6 @@ def test_what_a_killed_process_left_goes_and_a_living_one_keeps_its_folder(tmp_p
         assert build.is_dir()
         assert len(list(tmp_path.iterdir())) == 1
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_process_that_hangs_while_it_compiles_is_not_waited_for_without_end(tmp_path):
-    cache = KernelCache(tmp_path, Bounds(waited=0.05))
-    with cache.building(NAME), pytest.raises(OutputError, match=r"has been compiling in .* for 0\.05 s; end it"):
-        cache.building(NAME).__enter__()
 
 
 pytestmark = pytest.mark.skipif(compiler.compiler() is None, reason="no C compiler: nothing is compiled or kept")
@@ -144,10 +95,6 @@ def graphs(tmp_path, monkeypatch):
     _trace.cache_clear()
 
 
-class Plugin(Cusum):
-    """A block of another package."""
-
-
 def entry(block):
     return known_graphs.entry_of(structure(block), type(block).__name__)
 
@@ -161,24 +108,6 @@ def test_a_second_process_neither_traces_nor_prints_and_gives_the_same_bits(grap
     (first, made), (second, again) = (run.stdout.split() for run in runs)
     assert (made, again) == ("straight_line+" * 2 + "print_c", "nothing")
     assert first == second
-
-
-def test_blocks_with_entries_import_nothing_whose_sources_are_not_in_the_digest():
-    imported = set()
-    for package in known_graphs.SOURCES:
-        for path in (known_graphs.PACKAGE / package).rglob("*.py"):
-            imported |= set(re.findall(r"^\s*(?:from|import) tierod\.(\w+)", path.read_text("utf-8"), re.MULTILINE))
-    assert imported == set(known_graphs.SOURCES)
-
-
-def test_a_block_that_is_not_of_tierod_has_no_entry(graphs):
-    assert entry(Cusum(0.5, 4.0, 20.0)) is not None
-    assert entry(Plugin(0.5, 4.0, 20.0)) is None
-
-    class Own(Cusum):
-        """Under no address that another process finds."""
-
-    assert entry(Own(0.5, 4.0, 20.0)) is None
 
 
 @pytest.mark.parametrize("content", [b"", b"no pickle", pickle.dumps({"name": "less than a graph"})])
