@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from tierod.core.block import Model, Tree, rebuild, require_discrete
-from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import where
-from tierod.methods.estimators.kernels import diagonal, order, upper
+from tierod.methods.estimators.kernels import diagonal, order, pack
 from tierod.methods.estimators.observers import Luenberger, observe, stationary_gain
 from tierod.methods.estimators.shapes import check_variances, estimate_class, filled, leaf_names
 from tierod.models.linear import linearise
@@ -20,26 +17,12 @@ from tierod_lab.methods.unscented import correct_jointly
 class StationaryFilter(Luenberger):
     """Kalman filter with its stationary gain: a few multiplications per sample, and the outputs of `KalmanFilter`.
 
-    Args:
-        parameters: of the model; its floats are tuning
-        initial_mean: state before the first sample, one float per state
-
-    `design` computes the last three. The gain is that of complete samples: a missing output (NaN) corrects nothing and
+    The gain is that of complete samples: a missing output (NaN) corrects nothing and
     changes neither the rest of the gain nor the variance of the estimate; a missing input holds the state.
     """
 
     covariance: tuple[float, ...]
     innovation_covariance: tuple[float, ...]
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        for what, packed, kind in (
-            ("covariance", self.covariance, self.model.State),
-            ("innovation_covariance", self.innovation_covariance, self.model.Output),
-        ):
-            n = len(leaf_names(kind))
-            if len(packed) != n * (n + 1) // 2:
-                raise ParameterError(f"{what} has {len(packed)} entries; expected {n * (n + 1) // 2}, packed")
 
     @classmethod
     def design(
@@ -52,21 +35,20 @@ class StationaryFilter(Luenberger):
         inputs: Tree,
         input_noise: Tree = None,
     ) -> StationaryFilter:
-        """The filter for a model linearised at a point.
-
-        Args:
-            state, inputs: the point, which is also the initial mean
-
-        Raises:
-            ParameterError: as `stationary_gain`
-        """
+        """The filter for a model linearised at a state and inputs; the state is also the initial mean."""
         require_discrete(model)
         check_variances("process_noise", process_noise, leaf_names(model.State))
         check_variances("measurement_noise", measurement_noise, leaf_names(model.Output), positive=True)
         system = linearise(model, parameters, state, inputs)
         found = stationary_gain(system, process_noise, measurement_noise, input_noise)
         gain = tuple(tuple(map(float, row)) for row in found.filter)
-        return cls(model, parameters, state, gain, _packed(found.covariance), _packed(found.innovation_covariance))
+        return cls(
+            model,
+            parameters,
+            state,
+            gain,
+            *(pack(each.tolist()) for each in (found.covariance, found.innovation_covariance)),
+        )
 
     def step(self, state: Tree, sample: Tree) -> tuple[Tree, Tree]:
         done = observe(self.model, self.parameters, self.gain, state, sample)
@@ -85,7 +67,3 @@ class StationaryFilter(Luenberger):
             (nis, number),
         )
         return rebuild(state, done.mean), estimate
-
-
-def _packed(matrix: np.ndarray) -> tuple[float, ...]:
-    return tuple(float(matrix[i, j]) for i, j in upper(len(matrix)))

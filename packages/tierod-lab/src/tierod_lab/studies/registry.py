@@ -88,8 +88,6 @@ STUDIES: Mapping[str, Study] = {
                 "operations": "What a step costs",
                 "car": "In the car",
                 "accuracy": "Motors that differ from the vehicle file",
-                "commanded": "Voltages as commanded",
-                "standing": "Standing",
                 "faults": "Faults of the angle sensor",
                 "angles": "Which of three angles is wrong",
                 "salient": "Salient motors, and loads that step",

@@ -48,9 +48,6 @@ def balanced_reduction(
         feed_through: whether the feed-through D from the removed states is kept; without it the steady state is wrong
         shift: decay rate that is added to all modes for the balancing [1/s]
 
-    Raises:
-        ParameterError: an order that is none, or modes that do not decay even with the shift
-
     Source: B. C. Moore, 1981; square roots as M. S. Tombs, I. Postlethwaite, 1987; singular perturbation as Y. Liu,
     B. D. O. Anderson, 1989; Raffone, eqs (14) to (16), where (17) drops D.
     """

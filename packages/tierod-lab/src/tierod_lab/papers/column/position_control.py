@@ -91,9 +91,6 @@ def regulator(
         bar_stiffness: stiffness between the steering wheel and the controlled shaft [N m/rad]
         weights: weights by name of state, and of the "shaft"
         kept: pole of the low-pass of the feedback
-
-    Raises:
-        ParameterError: a weight has no such state or is negative, or no regulator exists
     """
     from scipy.linalg import solve_discrete_are
 
@@ -191,9 +188,6 @@ class PositionControl:
             weights: weights of states and of the "shaft" against 1 (N m)^2
             smoothing: time constant of the low-pass of the feedback [s]
             settings: further fields, such as `friction` and `limits`
-
-        Raises:
-            ParameterError: an impossible number, or as in `regulator`
         """
         for name in ("steering_wheel_inertia", "motor_inertia", "stiffness", "motor_ratio"):
             if not getattr(column, name) > 0.0:

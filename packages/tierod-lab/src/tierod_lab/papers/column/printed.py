@@ -96,9 +96,6 @@ class PrintedObserver:
             column: one of `COLUMNS`
             sample_time: sampling interval [s]
             noises: walks of both torques, noises of the sensors
-
-        Raises:
-            ParameterError: no such column, or as in `require_fit`
         """
         system = reduced(parameters, column)
         observed = observed_column(system, sample_time, 1, 1)
@@ -145,9 +142,6 @@ def reduced(parameters: ColumnParameters, column: str) -> LinearSystem:
 
     Args:
         column: one of `COLUMNS`
-
-    Raises:
-        ParameterError: no such column
     """
     if column not in COLUMNS:
         raise ParameterError(f"there is no column '{column}'{nearest(column, COLUMNS)}; expected {', '.join(COLUMNS)}")

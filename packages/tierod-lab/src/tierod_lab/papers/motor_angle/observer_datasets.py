@@ -13,14 +13,14 @@ from tierod.core.block import Block
 from tierod.core.graph import scan
 from tierod.core.graph.analysis import operation_count
 from tierod.methods.identification.motor import identify_motor
-from tierod.models.stator_frame_motor import CommandedMotorParameters, MotorParameters
+from tierod.models.stator_frame_motor import MotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.vehicles import load
 from tierod_lab.ground import courses
 from tierod_lab.ground.cars import catalogue
 from tierod_lab.ground.cars.benches import MotorBench
 from tierod_lab.ground.integration import Varied
-from tierod_lab.ground.motor import AFS_MOTOR, Inverter, Warming
+from tierod_lab.ground.motor import AFS_MOTOR, Warming
 from tierod_lab.ground.run import run
 from tierod_lab.ground.sensors import SensorSet
 from tierod_lab.papers.motor_angle.bench import (
@@ -150,7 +150,6 @@ def in_the_car(task: tuple[str, float, int]) -> list[Row]:
     return rows
 
 
-WARMER = 1.2  # True resistance over the assumed one: a winding that is some 50 K warmer
 RAMP, COLD, HOT, ZERO = 60.0, -40.0, 120.0, 273.15
 """Duration of a temperature ramp [s], its ends [degree Celsius], and the zero of that scale [K]."""
 
@@ -192,72 +191,6 @@ def _ramp(seed: int, first: float, last: float) -> ObserverDrive:
     plant = Varied(MotorBench(motor=replace(AFS_MOTOR, warming=light)), (path,))
     air = ZERO + first + (last - first) * time / RAMP
     return observed_drive(plant, course(time, seed), np.zeros(len(time)), seed, **{f"parameters.{path}": air})
-
-
-LOSSY = Inverter(dead_time=1e-6, forward_drop=0.7, knee_current=1.0)
-"""Inverter that takes 0.83 V from every phase, as much as the bench's motor induces at 24 rad/s."""
-
-
-def commanded(task: tuple[int, float]) -> list[Row]:
-    """A recording often holds the voltage that was commanded, not the one that the inverter made.
-
-    Dead time and semiconductors take 0.83 V of each phase against its current, less below a knee of 1 A. The observer
-    knows the command alone; its states are then the loss and the logarithm of the knee besides.
-    """
-    seen = to_and_fro(*task, inverter=LOSSY)
-    known = replace(load("motor-bench").parameters_for(CommandedMotorParameters), sample_time=SAMPLE_TIME)
-    rows = [_errors(seen.error(MotorAngleObserver(parameters()[1])), knows="measured voltage")]
-    for knee in (0.5, 1.0, 2.0):
-        outputs = scan(MotorAngleObserver(replace(known, inverter_knee_current=knee)), seen.commanded)
-        rows.append(_errors(outputs["motor_angle"] - seen.angle, knows=f"knee {knee:g} A, learnt"))
-    return rows
-
-
-MOVING, STILL, AFTER = 5.6, 10.0, 5.0
-"""Time in which the motor turns, is then held against the load, and turns again [s]."""
-WITHIN, KEPT = 0.03, 0.1
-"""Settling criterion: error of the angle modulo whole electrical turns [rad], and time it must stay below that [s]."""
-BEGUN_SPEED = 1.0  # Speed above which a starting motor counts as turning [rad/s]
-
-
-def standstill(seed: int) -> list[Row]:
-    """The motor turns, is held against 0.8 N·m for 10 s, and turns on, with the winding as assumed or 20 % warmer.
-
-    Held, its currents show nothing: the observer goes on by the increments of the sensor, and its variance grows. It
-    knows its angle again when it claims less than 0.03 rad and is right within.
-    """
-    seen, p = held_drive(seed), parameters()[1]
-    pole_pairs, rows = p.motor_pole_pairs, list[Row]()
-    for name, factor in (("as assumed", 1.0), ("20 % warmer", WARMER)):
-        found = seen.observed(MotorAngleObserver(with_true(p, factor, 1.0, 1.0)))
-        away, deviation = found["motor_angle"] - seen.angle, found["motor_angle_standard_deviation"]
-        first, second, last, end = (
-            round(each * RATE) for each in (MOVING + 0.5, MOVING + 1.5, MOVING + STILL - 1.0, MOVING + STILL)
-        )
-        turning = end + int(np.argmax(np.abs(seen.speed[end:]) > BEGUN_SPEED))
-        within_a_turn = np.angle(np.exp(1j * pole_pairs * away[turning:])) / pole_pairs
-        known = (deviation[turning:] < WITHIN) & (np.abs(within_a_turn) < WITHIN)
-        drift = abs(float(away[last:end].mean() - away[first:second].mean()))
-        rows.append({"winding": name, "drift": drift, "known_again": 1e3 * _time_until_right(~known)})
-    return rows
-
-
-def held_drive(seed: int) -> ObserverDrive:
-    """Simulate a drive in both directions, a standstill, and the continued drive."""
-    time = bench_time(MOVING + STILL + AFTER)
-    moving = np.where(time < MOVING + STILL, np.minimum(time, MOVING), time - STILL)
-    # A quarter of a period ends where the motor is held, so that it stops at its largest angle.
-    rate = 2.0 * np.pi * (0.25 + np.random.default_rng(seed).integers(1, 4)) / MOVING
-    target = 10.0 * np.sin(rate * moving) * np.clip(2.0 * time, 0.0, 1.0)
-    return observed_drive(bench(), target, np.zeros(len(time)), seed)
-
-
-def _time_until_right(wrong: np.ndarray) -> float:
-    """Time after which nothing is wrong for `KEPT`; infinite where that never occurs [s]."""
-    kept = round(KEPT * RATE)
-    summed = np.concatenate([[0], np.cumsum(wrong)])
-    good = np.flatnonzero(summed[kept:] == summed[:-kept])
-    return float(good[0]) / RATE if len(good) else np.inf
 
 
 def salient(task: tuple[float, int, bool]) -> list[Row]:

@@ -264,9 +264,6 @@ def speed_filter(p: MotorParameters, sample_time: float, tuning: MotorAngleTunin
             by Euler's method
         tuning: noise levels; those of voltage, current, speed and load are used
 
-    Raises:
-        ParameterError: the sampling interval is too long
-
     Source: Reinelt et al., eqs (34) to (45). Corrected: the Jacobian (40) comes from the graph, and (42) takes the
     expected output at the predicted state.
     """

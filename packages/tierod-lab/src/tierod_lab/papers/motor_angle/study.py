@@ -42,8 +42,6 @@ SEEDS = ReportedSeeds(
         "motors that differ": 700,
         "temperature": 1000,
         "faults while turning": 2000,
-        "standing": 3000,
-        "voltages as commanded": 4900,
         "fault-free drives": 10_000,
         "salient motors": 40_000,
     },
@@ -92,15 +90,6 @@ DATASETS = (
     Dataset("operations", "What a step costs (Table 1)", observers.operations, lambda effort: [None]),
     Dataset("car", "In the car (Figures 4 to 7)", observers.in_the_car, _in_the_car),
     Dataset("accuracy", "Motors that differ from the vehicle file", observers.accuracy, _accuracy),
-    Dataset(
-        "commanded",
-        "Voltages as commanded",
-        observers.commanded,
-        lambda effort: [
-            (seed, 8.0 if effort.quick else 20.0) for seed in seeds("voltages as commanded", 2, 9, effort)[1:]
-        ],
-    ),
-    Dataset("standstill", "Standing", observers.standstill, lambda effort: seeds("standing", 2, 6, effort)),
     Dataset(
         "faults",
         "Faults of the angle sensor",

@@ -49,11 +49,7 @@ class BesideTruth:
         return error
 
     def figures(self, start: float = -math.inf, stop: float = math.inf) -> ErrorFigures:
-        """The errors between two times.
-
-        Raises:
-            InputError: there is no truth between them
-        """
+        """The errors between two times."""
         judged = (self.time >= start) & (self.time < stop) & np.isfinite(self.error)
         if not judged.any():
             raise InputError(f"there is no true sideslip from {start:g} to {stop:g} s; give times within the drive")
@@ -63,11 +59,7 @@ class BesideTruth:
 
 
 def truth_of(recording: Recording) -> str:
-    """Name of the channel with the true sideslip.
-
-    Raises:
-        InputError: the recording has none
-    """
+    """Name of the channel with the true sideslip."""
     for name in TRUTHS:
         if name in recording:
             return name
@@ -83,10 +75,6 @@ def beside_truth(
         recording: recording with the signals of a car and its true sideslip
         rate: sampling rate [Hz]
         tuning: tuning of the estimator; the vehicle's own where None
-
-    Raises:
-        InputError: the recording has no true sideslip
-        ParameterError: the vehicle lacks a parameter
     """
     truth = truth_of(recording)
     block = SideslipMonitor.of_vehicle(CombinedSideslip.of_vehicle(vehicle, 1.0 / rate, tuning), vehicle)
@@ -124,10 +112,6 @@ def calibrated(
         names: parameters to fit; each needs a standard deviation
         until: end of the part that is fitted [s, as the recording counts]
         rate: sampling rate [Hz]
-
-    Raises:
-        InputError: the recording has no true sideslip
-        ParameterError: the vehicle lacks a parameter, or its standard deviation
     """
     from scipy.optimize import least_squares
 
@@ -158,11 +142,7 @@ def calibrated(
 
 
 def with_parameters(vehicle: Vehicle, values: Mapping[str, float], source: str = "fitted to sideslip") -> Vehicle:
-    """The vehicle with new values of some of its parameters.
-
-    Raises:
-        ParameterError: the vehicle has no such parameter
-    """
+    """The vehicle with new values of some of its parameters."""
     for name in values:
         vehicle[name]
     changed = {

@@ -201,10 +201,6 @@ def require_observable(p: SteeredVehicle.Parameters, sample_time: float) -> None
 
     Args:
         sample_time: sampling interval [s]
-
-    Raises:
-        ParameterError: no trail, so that the torque holds no information on the tyres; or a motion too fast for the
-            step, with its eigenvalue
     """
     trail = p.mechanical_trail + p.pneumatic_trail
     if not trail * p.front_cornering_stiffness > 0.0:
@@ -322,9 +318,6 @@ def conventional_kalman(p: SteeredVehicle.Parameters, sample_time: float) -> Con
 
     Args:
         sample_time: sampling interval [s]
-
-    Raises:
-        ParameterError: a car that the observer cannot follow, see `require_observable`
     """
     require_observable(p, sample_time)
     model = sampled_of(SteeredVehicle, sample_time)
@@ -342,10 +335,6 @@ def conventional_poles(
     Args:
         sample_time: sampling interval [s]
         factor: observer poles over those of the system; they are real
-
-    Raises:
-        ParameterError: a car that the observer cannot follow, see `require_observable`, or an observer that is not
-            stable at every speed
     """
     require_observable(p, sample_time)
     model = sampled_of(SteeredVehicle, sample_time)

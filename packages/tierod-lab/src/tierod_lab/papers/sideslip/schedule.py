@@ -227,9 +227,6 @@ def scheduled(
 
     Args:
         process: variance that each state gains per sample
-
-    Raises:
-        ParameterError: the observer is not stable at a speed between two of the table
     """
     rows, gains = [], []
     for speed in SPEEDS:

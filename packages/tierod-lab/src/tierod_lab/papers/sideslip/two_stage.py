@@ -144,9 +144,6 @@ def two_stage_kalman(p: SteeredVehicle.Parameters, sample_time: float) -> TwoSta
 
     Args:
         sample_time: sampling interval [s]
-
-    Raises:
-        ParameterError: a car that the observer cannot follow, see `require_observable`
     """
     require_observable(p, sample_time)
     noise = ObserverNoise()
@@ -171,10 +168,6 @@ def two_stage_poles(
     Args:
         sample_time: sampling interval [s]
         factor: poles of the vehicle's observer over those of the vehicle
-
-    Raises:
-        ParameterError: a car that the observer cannot follow, see `require_observable`, or an observer that is not
-            stable at every speed
     """
     require_observable(p, sample_time)
     noise = ObserverNoise()
