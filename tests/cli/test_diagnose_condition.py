@@ -11,8 +11,7 @@ from tierod.io.readers import read
 from tierod.io.writers import write
 from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, OF_AUTOMATED
 from tierod_lab.papers.condition.drives import LOSS, Drive, Injected
-from tierod_lab.papers.condition.odd_drives import without
-from tierod_lab.papers.condition.recorded import recorded
+from tierod_lab.papers.condition.recorded import recorded, without
 
 
 @pytest.fixture(scope="module")

@@ -43,9 +43,7 @@ from tierod_lab.methods.stationary import StationaryFilter
 from tierod_lab.methods.unscented import UnscentedFilter
 from tierod_lab.papers.column.position_control import ObservedPositionControl, PositionControl
 from tierod_lab.papers.column.printed import PrintedObserver
-from tierod_lab.papers.condition.rules.calibration import ResidualCalibration
-from tierod_lab.papers.condition.rules.parameters import RESIDUALS, Coefficients
-from tierod_lab.papers.condition.rules.readings import ResidualThreshold
+from tierod_lab.papers.condition.rules.parameters import RESIDUALS, Coefficients, ResidualCalibration
 from tierod_lab.papers.condition.rules.rule_monitor import RulesWithReaction, rule_monitor
 from tierod_lab.papers.friction.joint_model import FrictionEstimation as EstimatedFriction
 from tierod_lab.papers.friction.linearised import LinearisedFrictionMonitor, linearised
@@ -88,8 +86,7 @@ PARTS = {
 
 
 def _rules():
-    limits = dict.fromkeys(RESIDUALS, ResidualThreshold(0.5))
-    return rule_monitor(DEMONSTRATOR, ResidualCalibration(Coefficients(), limits, {}, 0))
+    return rule_monitor(DEMONSTRATOR, ResidualCalibration(Coefficients(), dict.fromkeys(RESIDUALS, 0.5), 0))
 
 
 MOTOR = load("motor-bench").parameters_for(SampledMotorParameters)  # Of the bench, sampled at 10 kHz

@@ -12,7 +12,7 @@ from tierod.vehicles import load
 from tierod.work import fingerprint as module
 from tierod.work.fingerprint import fingerprint
 from tierod_lab.campaign.code import reported_seed
-from tierod_lab.papers.condition.reported import USED, first_vehicle, vehicles
+from tierod_lab.papers.condition.datasets import USED, first_vehicle, vehicles
 from tierod_lab.studies.effort import Effort
 
 

@@ -8,6 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tierod_lab.papers.condition.rules.routes import (
+    central_speed,
+    rear_wheel_share,
+    rolling_curvature,
+    rolling_road_wheel_angle,
+    rolling_sideslip,
+)
 
 from tierod.physics import friction
 from tierod.physics import motor as pm_motor
@@ -18,13 +25,6 @@ from tierod_lab.ground import laws as control
 from tierod_lab.ground import laws as motor
 from tierod_lab.ground import laws as steering
 from tierod_lab.ground.chassis import laws as chassis
-from tierod_lab.papers.condition.rules.routes import (
-    central_speed,
-    rear_wheel_share,
-    rolling_curvature,
-    rolling_road_wheel_angle,
-    rolling_sideslip,
-)
 
 FRICTION_ANGLE = math.radians(1.0)
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tierod_lab.papers.condition.rules.equations import tie_rod_force_of_balance
 
 from tierod.physics import motion as single_track
 from tierod.physics import steering as aligning
@@ -20,7 +21,6 @@ from tierod.physics.steering import (
     weight_lever,
     weight_torque,
 )
-from tierod_lab.papers.condition.rules.equations import tie_rod_force_of_balance
 from tierod_lab.papers.friction.variance_method import aligning_torque_from_steer
 
 MASS, INERTIA, FRONT, REAR, TRAIL = 1600.0, 2800.0, 1.14, 1.69, 0.05

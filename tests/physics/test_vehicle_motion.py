@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tierod_lab.papers.condition.rules.adaptive_speed import forward_rate
 
 from tierod.physics import motion as single_track
 from tierod.physics.motion import lateral_acceleration_of_turning, longitudinal_acceleration
 from tierod.physics.tyre import linear_lateral_force
 from tierod_lab.ground.laws import steady_road_wheel_angle
-from tierod_lab.papers.condition.rules.adaptive_speed import forward_rate
 
 
 def test_acceleration_is_the_second_derivative_of_the_path():

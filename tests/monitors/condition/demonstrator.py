@@ -6,9 +6,9 @@ import numpy as np
 
 from tierod.monitors.condition.signals import ConditionSample
 from tierod.vehicles import load
-from tierod_lab.papers.condition.rules.parameters import ResidualParameters
+from tierod_lab.papers.condition.rules.parameters import CarParameters
 
-CAR = load("smartload").parameters_for(ResidualParameters)
+CAR = load("smartload").parameters_for(CarParameters)
 
 
 def circle(radius=20.0, speed=6.0, seconds=5.0, **changed):
@@ -19,7 +19,7 @@ def circle(radius=20.0, speed=6.0, seconds=5.0, **changed):
         "wheel_speed_rear_left": yaw * (radius - CAR.track_width / 2),
         "wheel_speed_rear_right": yaw * (radius + CAR.track_width / 2),
         "yaw_rate": yaw,
-        "steering_wheel_angle": math.atan(CAR.wheelbase / radius) / CAR.steering_ratio,
+        "steering_wheel_angle": math.atan((CAR.front_distance + CAR.rear_distance) / radius) / CAR.steering_ratio,
         "longitudinal_acceleration": -yaw * yaw * CAR.rear_distance,
         "lateral_acceleration": yaw * speed,
         "target_vehicle_speed": speed,

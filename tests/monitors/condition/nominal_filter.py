@@ -6,7 +6,7 @@ from functools import lru_cache
 from tierod.monitors.condition.signals import ConditionSample
 from tierod.monitors.condition.vehicle_filter import LeaveOutFilter
 from tierod.vehicles import load
-from tierod_lab.papers.condition.vehicles import vehicle
+from tierod_lab.papers.condition.drives import vehicle
 
 
 @lru_cache(maxsize=1)

@@ -16,9 +16,8 @@ from tierod_lab.ground.courses import load as course
 from tierod_lab.ground.courses.course import Adhesion, Along
 from tierod_lab.ground.courses.roads import Halt
 from tierod_lab.ground.run import run
-from tierod_lab.papers.condition.drives import Drive, lost
+from tierod_lab.papers.condition.drives import Drive, lost, vehicle
 from tierod_lab.papers.condition.recorded import as_recorded, recorded
-from tierod_lab.papers.condition.vehicles import vehicle
 
 OTHERS = (0.0, -5.0, -8.0)
 NONE = Lack(0.0, 0.0, 0.0)

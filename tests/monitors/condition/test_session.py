@@ -16,8 +16,7 @@ from tierod.monitors.condition.signals import ACTUATORS, OF_AUTOMATED, TARGETS
 from tierod.monitors.run import Run
 from tierod.vehicles import load
 from tierod_lab.papers.condition.drives import OFFSET, Drive, Injected
-from tierod_lab.papers.condition.odd_drives import without
-from tierod_lab.papers.condition.recorded import recorded
+from tierod_lab.papers.condition.recorded import recorded, without
 
 CAR = load("smartload")
 FEW = ("wheel_speed_rear_right", "yaw_rate")
@@ -68,7 +67,7 @@ def fault_free():
 
 @pytest.fixture(scope="module")
 def odd():
-    return odd_drives(1)
+    return odd_drives()
 
 
 @pytest.fixture(scope="module")

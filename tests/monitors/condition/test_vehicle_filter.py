@@ -16,9 +16,8 @@ from tierod.monitors.condition.limits import aligned
 from tierod.monitors.condition.signals import ACTUATORS, MOTORS, OF_AUTOMATED, ConditionSample, hypotheses
 from tierod.monitors.condition.vehicle_filter import LIMITS, SENSOR_NOISE, ModelError, widened
 from tierod.vehicles import load
-from tierod_lab.papers.condition.drives import Drive, Injected, lost
+from tierod_lab.papers.condition.drives import Drive, Injected, lost, vehicle
 from tierod_lab.papers.condition.recorded import recorded
-from tierod_lab.papers.condition.vehicles import vehicle
 
 CHANCE = np.random.default_rng(4)
 ROOT = CHANCE.normal(size=(4, 4))

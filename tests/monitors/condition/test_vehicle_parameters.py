@@ -13,9 +13,8 @@ from tierod.monitors.condition.parameters import FREE, Point, Search, WhitenedIn
 from tierod.monitors.condition.vehicle_filter import SENSOR_NOISE, LeaveOutFilter
 from tierod.vehicles import load
 from tierod.vehicles.vehicle import QUANTITIES
-from tierod_lab.papers.condition.drives import Drive, calibration_drives
+from tierod_lab.papers.condition.drives import Drive, calibration_drives, vehicle
 from tierod_lab.papers.condition.recorded import recorded
-from tierod_lab.papers.condition.vehicles import vehicle
 
 CAR = load("smartload")
 

@@ -11,7 +11,7 @@ from scipy.linalg import solve_discrete_lyapunov
 from tierod.core.errors import ParameterError
 from tierod.vehicles import load
 from tierod_lab.methods.pole_placement import discrete_poles
-from tierod_lab.papers.condition.rules.rack import discretise_pair
+from tierod_lab.papers.condition.rules.models import discretise_stiff
 from tierod_lab.papers.sideslip.observers import placed
 from tierod_lab.papers.sideslip.schedule import (
     SPEEDS,
@@ -80,7 +80,7 @@ def test_the_nis_is_the_innovation_over_its_covariance_by_an_equation_of_lyapuno
     schedule = scheduled(
         TWO, lambda each: decoupled(each, 3.0, DT), lambda _: np.eye(2), np.diag(process), np.diag(reading)
     )
-    discrete = discretise_pair(TorqueShownVehicle)
+    discrete = discretise_stiff(TorqueShownVehicle)
     observer = ScheduledObserver.of(discrete, discrete.Parameters(VEHICLE, DT), schedule)
     speed = SPEEDS[len(SPEEDS) // 2]
     model, inputs = observer.model, TorqueShownVehicle.Input(0.0, speed)

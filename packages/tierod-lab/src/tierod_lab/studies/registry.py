@@ -101,10 +101,12 @@ STUDIES: Mapping[str, Study] = {
             _items("condition"),
             {
                 "rules": "The paper's rules",
+                "residuals": "The paper's residuals",
                 "sensors": "The 48 tests of sensors",
                 "actuators": "The tests of actuators",
-                "healthy": "Fault-free driving",
                 "beyond": "More faults, and two at once",
+                "uncalibrated": "Vehicles without a calibration",
+                "healthy": "Fault-free driving",
                 "cars": "Real cars",
             },
         ),

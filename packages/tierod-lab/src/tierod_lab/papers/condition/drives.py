@@ -1,51 +1,174 @@
-"""Drives of the study and the faults that are put into them."""
+"""The demonstrator, its drives, and the faults that are put into them."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import combinations, product
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
+import numpy as np
+
+from tierod.core.fields import numbers, replaced
+from tierod.monitors.condition.signals import ACTUATORS, OF_AUTOMATED, TARGETS
+from tierod_lab.ground.cars.road_cars import DemonstratorCar
+from tierod_lab.ground.courses import AnyCourse, load
+from tierod_lab.ground.courses.roads import Circuit, drawn, weather
+from tierod_lab.ground.drivers import Split
 from tierod_lab.ground.faults import Delay, Drift, Fault, Gain, Noise, Offset, Outlier, Stuck, TorqueLoss, TotalLoss
 from tierod_lab.ground.faults.fault import AtTime
-from tierod_lab.papers.condition.vehicles import LATER, LONG, SHORT, THIRD, Vehicle, changed, vehicle
+from tierod_lab.ground.sensors import SensorSet
 
-LOSS, STUCK, OFFSET, GAIN, DRIFT, OUTLIER, NOISE, DELAY = (
-    *("loss", "stuck", "offset", "gain", "drift", "outlier", "noise", "delay"),
+SHORT, LONG, THIRD = "short-round", "long-round", "third-round"
+"""Rounds of the tests, similar to Figures 18, 19 and 24 of Li, Frey, Gauterin."""
+
+SENSORS = OF_AUTOMATED  # Sensors into which faults are injected
+
+TORQUES = dict(
+    zip(
+        ACTUATORS,
+        ("steering_motor_1_torque", "steering_motor_2_torque", "drive_torque_left", "drive_torque_right"),
+        strict=True,
+    )
 )
-KINDS = (LOSS, STUCK, OFFSET, GAIN, DRIFT, OUTLIER, NOISE, DELAY)  # Kinds of sensor faults; an actuator has losses only
-
-OFFSETS = {
-    "wheel_speed_rear_left": 2.0,
-    "wheel_speed_rear_right": 2.0,
-    "yaw_rate": 0.3,
-    "steering_wheel_angle": 1.5,
-    "steering_shaft_torque": 3.0,
-    "tie_rod_force": 250.0,
-}
-"""Offset of every sensor in the tests, in the unit of its signal; the paper prints none."""
-
-OUTLIER_FACTOR = 3.0  # Factor on the signal during an outlier of one second; the paper prints none
-
-TORQUES = {
-    "steering_motor_1": "steering_motor_1_torque",
-    "steering_motor_2": "steering_motor_2_torque",
-    "drive_left": "drive_torque_left",
-    "drive_right": "drive_torque_right",
-}
 """Actuator -> channel of its torque."""
 
-TARGETS = {
-    "steering_motor_1": "steering_motor_1_target_torque",
-    "steering_motor_2": "steering_motor_2_target_torque",
-    "drive_left": "target_drive_torque_left",
-    "drive_right": "target_drive_torque_right",
-}
-"""Actuator -> channel of its commanded torque."""
+ASKED = dict(zip(ACTUATORS, TARGETS, strict=True))  # Actuator -> channel of its commanded torque
 
-_READ_IN_THE_LOOP = ("wheel_speed_rear_left", "wheel_speed_rear_right", "yaw_rate", "steering_wheel_angle")
+MEASURED = (
+    *SENSORS,
+    "longitudinal_acceleration",
+    "lateral_acceleration",
+    *TARGETS,
+    "target_steering_wheel_angle",
+    "target_vehicle_speed",
+)
+"""Channels that the demonstrator records for its monitor, at 100 Hz each."""
+
+SWING = Split(share=0.5, swing=0.15, period=0.24)
+"""Split of the steering torque that makes the motors isolable: 65 to 35 and back every 0.12 s."""
+
+OFF = {
+    ("chassis.mass", "chassis.yaw_inertia"): (0.04, 0.08),
+    ("chassis.front.tyre.cornering_stiffness",): (0.05, 0.10),
+    ("chassis.rear.tyre.cornering_stiffness",): (0.05, 0.10),
+    ("steering.rack.friction.level",): (0.05, 0.20),
+    ("steering.rack.rack_damping",): (0.05, 0.20),
+    ("steering.rack.centring",): (0.05, 0.20),
+}
+"""Range of the relative deviation from the nominal vehicle, of either sign; fields of one key share a draw.
+
+Source: mass and stiffness as in the richer simulations beside Li, Frey, Gauterin; friction, damping and centring are
+assumed.
+"""
+
+RADIUS, SIDES = (0.025, 0.05), 0.006
+"""Range of the relative deviation of all tyre radii, and largest difference between left and right [-]."""
+
+BIASES = {
+    "yaw_rate": 0.003,
+    "steering_wheel_angle": 0.02,
+    "steering_shaft_torque": 0.05,
+    "tie_rod_force": 15.0,
+    "longitudinal_acceleration": 0.05,
+    "lateral_acceleration": 0.08,
+}
+"""Standard deviation of the constant offset of every sensor, in the unit of its signal; as of production sensors."""
+
+LATER = {
+    "mass": ("chassis.mass", "chassis.yaw_inertia"),
+    "stiffness": ("chassis.front.tyre.cornering_stiffness", "chassis.rear.tyre.cornering_stiffness"),
+    "radius": ("chassis.front.tyre.radius", "chassis.rear.tyre.radius"),
+}
+"""Property that may change after a calibration (load, tyres, tyre pressure) -> fields of the vehicle."""
+
+
+class Vehicle(NamedTuple):
+    """A demonstrator and its sensors."""
+
+    car: DemonstratorCar
+    sensors: SensorSet
+
+
+@lru_cache(maxsize=64)
+def course(name: str, seconds: float, seed: int = 0) -> AnyCourse:
+    """A shipped course or a random round, a round with weather and slopes.
+
+    Args:
+        name: name of a shipped course, or "round-17" for a random round
+        seconds: duration of the drive on a round [s]
+        seed: seed of slopes, unevenness and wind; the path depends on the name alone
+    """
+    way = drawn(int(name.removeprefix("round-"))) if name.startswith("round-") else load(name)
+    if not isinstance(way, Circuit):
+        return way
+    return replace(way, time=seconds, seed=seed, conditions=(*way.conditions, *weather(seed, way.length)))
+
+
+def changed(of: Vehicle, what: str, factor: float) -> Vehicle:
+    """A vehicle with a property of `LATER` that has changed since its calibration."""
+    known = numbers(of.car)
+    car = replaced(of.car, {path: factor * known[path].value for path in LATER[what]})
+    if what != "radius":
+        return Vehicle(car, of.sensors)
+    # The wheel speeds are still computed with the former radius, so they read low on larger tyres.
+    gains = {f"sensors.{name}.gain": of.sensors[name].gain / factor for name in SENSORS[:2]}
+    return Vehicle(car, replaced(of.sensors, gains))
+
+
+@lru_cache(maxsize=32)
+def vehicle(number: int, swing: bool = True) -> Vehicle:
+    """A demonstrator that deviates at random from the nominal one.
+
+    Args:
+        number: 0 for the nominal one with production sensors; any other is the seed of the deviations
+        swing: whether the split of the steering torque between both motors alternates
+    """
+    car, sensors = DemonstratorCar(), SensorSet.production().only(MEASURED)
+    if swing:
+        car = replace(car, driver=replace(car.driver, split=SWING))
+    if number == 0:
+        return Vehicle(car, sensors)
+    chance = np.random.default_rng([number, 611])
+
+    def signed(band: tuple[float, float]) -> float:
+        return float(chance.choice((-1.0, 1.0)) * chance.uniform(*band))
+
+    known = numbers(car)
+    changes: dict[str, float] = {}
+    for paths, band in OFF.items():
+        factor = 1.0 + signed(band)
+        changes |= {path: known[path].value * factor for path in paths}
+    common, sides = signed(RADIUS), signed((0.5 * SIDES, SIDES))
+    changes |= {path: known[path].value * (1.0 + common) for path in LATER["radius"]}
+    wrong = {
+        f"{name}.gain": 1.0 / (1.0 + common + 0.5 * side) for name, side in zip(SENSORS, (sides, -sides), strict=False)
+    }
+    wrong |= {f"{name}.bias": deviation * float(chance.standard_normal()) for name, deviation in BIASES.items()}
+    sensors = replaced(sensors, {f"sensors.{path}": value for path, value in wrong.items()})
+    return Vehicle(replaced(car, changes), sensors)
+
+
+LOSS, STUCK, OFFSET, GAIN, DRIFT, OUTLIER, NOISE, DELAY = KINDS = (
+    *("loss", "stuck", "offset", "gain", "drift", "outlier", "noise", "delay"),
+)
+"""Kinds of sensor faults; an actuator has losses only."""
+
+OFFSETS = dict(zip(SENSORS, (2.0, 2.0, 0.3, 1.5, 3.0, 250.0), strict=True))
+"""Offset of every sensor in the tests, in the unit of its signal; the paper prints none."""
+
+_BEHAVIOURS: dict[str, Any] = {
+    OFFSET: Offset,
+    GAIN: Gain,
+    DRIFT: Drift,
+    OUTLIER: Outlier,
+    NOISE: Noise,
+    DELAY: Delay,
+    LOSS: lambda size: TotalLoss(),
+    STUCK: lambda size: Stuck(),
+}
 
 
 @dataclass(frozen=True)
@@ -57,20 +180,8 @@ class Injected:
     # fault magnitude: offset in the unit of the signal, factor of a gain or outlier, drift per second, standard
     # deviation of noise, delay in seconds, lost share of an actuator's torque; NaN for a kind without one
     size: float = math.nan
-    start: Annotated[float, "s"] = 20.0  # start, end: beginning and end of the fault
+    start: Annotated[float, "s"] = 20.0
     end: Annotated[float, "s"] = 40.0
-    in_the_loop: bool = False  # whether the automated driver uses the faulty reading, as well as the recording
-
-    @property
-    def name(self) -> str:
-        """Element, kind and size, for tables."""
-        size = "" if math.isnan(self.size) else f" {self.size:g}"
-        return f"{self.element} {self.kind}{size}"
-
-    @property
-    def in_recording_alone(self) -> bool:
-        """Whether the fault affects the recording alone, as in a sensor that no controller uses."""
-        return self.element not in TORQUES and not (self.in_the_loop and self.element in _READ_IN_THE_LOOP)
 
     @property
     def fault(self) -> Fault:
@@ -78,32 +189,13 @@ class Injected:
         lasts, trigger = self.end - self.start, AtTime(self.start)
         if self.element in TORQUES:
             return Fault(f"actuator.{TORQUES[self.element]}", TorqueLoss(self.size), trigger, lasts)
-        prefix = "sensor." if self.in_recording_alone else ""
-        return Fault(f"{prefix}{self.element}", self._behaviour, trigger, lasts)
-
-    @property
-    def _behaviour(self) -> Any:
-        if self.kind == LOSS:
-            return TotalLoss()
-        if self.kind == STUCK:
-            return Stuck()
-        sized = {OFFSET: Offset, GAIN: Gain, DRIFT: Drift, OUTLIER: Outlier, NOISE: Noise, DELAY: Delay}
-        return sized[self.kind](self.size)
+        return Fault(f"sensor.{self.element}", _BEHAVIOURS[self.kind](self.size), trigger, lasts)
 
 
 def lost(actuator: str, share: float = 1.0, start: float = 104.0, end: float = 200.0) -> Injected:
-    """A loss of torque of an actuator.
-
-    Args:
-        share: lost share of the torque [-]
-        start, end: beginning and end of the fault [s]; by default those of Figures 12 to 17 of Li, Frey, Gauterin
-    """
+    """A lost share of the torque of an actuator; by default in the time of Figures 12 to 17 of the paper."""
     return Injected(actuator, LOSS, share, start, end)
 
-
-SENSORS = tuple(OFFSETS)  # Sensors into which faults are injected
-ACTUATORS = ("steering_motor_1", "steering_motor_2", "drive_left", "drive_right")
-"""Actuators into which faults are injected."""
 
 TEST_SECONDS, ACTUATOR_SECONDS = 60.0, 200.0  # Duration of the paper's tests of sensors and of actuators [s]
 LEG = 600.0  # Longest duration of a single drive [s]
@@ -114,21 +206,13 @@ UNSEEN = 1000  # First number of the random rounds that no calibration uses
 class Drive:
     """One drive to be recorded."""
 
-    course: str  # name of a course, see `vehicles.course`
-    seconds: Annotated[float, "s"]  # duration
-    vehicle: int = 1  # number of the demonstrator, see `vehicles.vehicle`
+    course: str  # name of a course, see `course`
+    seconds: Annotated[float, "s"]
+    vehicle: int = 1  # number of the demonstrator, see `vehicle`
     seed: int = 0  # seed of sensor noise, slopes and wind
-    injected: tuple[Injected, ...] = ()  # injected faults
+    injected: tuple[Injected, ...] = ()
     swing: bool = True  # whether the split of the steering torque alternates
-    # property that has changed since the calibration, and its factor, see `vehicles.changed`
-    later: tuple[str, float] | None = None
-
-    @property
-    def name(self) -> str:
-        """Name by faults, course, vehicle and seed."""
-        faults = ", ".join(each.name for each in self.injected) or "healthy"
-        later = f", {self.later[0]} times {self.later[1]:g}" if self.later else ""
-        return f"{faults}, {self.course}, vehicle {self.vehicle}{later}, seed {self.seed}"
+    later: tuple[str, float] | None = None  # property that has changed since the calibration, and its factor
 
     @property
     def driven(self) -> Vehicle:
@@ -137,24 +221,14 @@ class Drive:
         return changed(known, *self.later) if self.later else known
 
 
-def calibration_drives(vehicle: int = 1, swing: bool = True) -> tuple[Drive, tuple[Drive, ...]]:
-    """Fault-free drives on random rounds: five minutes for the parameters, and an hour for the thresholds.
-
-    Args:
-        swing: see `Drive`
-    """
-    first = Drive("round-0", 300.0, vehicle, 900 + vehicle, (), swing)
-    hour = tuple(Drive(f"round-{leg + 1}", LEG, vehicle, 910 + 10 * vehicle + leg, (), swing) for leg in range(6))
-    return first, hour
+def calibration_drives(vehicle: int = 1) -> tuple[Drive, tuple[Drive, ...]]:
+    """Fault-free drives on random rounds: five minutes for the parameters, and an hour for the thresholds."""
+    hour = tuple(Drive(f"round-{leg + 1}", LEG, vehicle, 910 + 10 * vehicle + leg) for leg in range(6))
+    return Drive("round-0", 300.0, vehicle, 900 + vehicle), hour
 
 
 def healthy_drives(hours: float, vehicles: Sequence[int] = (1, 2, 3), swing: bool = True) -> list[Drive]:
-    """Fault-free drives on rounds that no calibration uses, ten minutes each, with the vehicles in turn.
-
-    Args:
-        hours: total duration [h]
-        swing: see `Drive`
-    """
+    """Fault-free drives on rounds that no calibration uses, ten minutes each, with the vehicles in turn."""
     count = max(round(hours * 3600.0 / LEG), 1)
     seconds = min(hours * 3600.0, LEG)
     first = 1000 * (vehicles[0] - 1)  # other demonstrators, other rounds
@@ -164,47 +238,25 @@ def healthy_drives(hours: float, vehicles: Sequence[int] = (1, 2, 3), swing: boo
     ]
 
 
-def changed_drives(hours: float, share: float = 0.1, vehicles: Sequence[int] = (1, 2, 3)) -> list[Drive]:
-    """Fault-free drives of vehicles whose mass, cornering stiffness or tyre radius has changed since the calibration.
-
-    Args:
-        hours: total duration [h]
-        share: relative change, up and down in turn [-]
-    """
+def changed_drives(hours: float, vehicles: Sequence[int] = (1, 2, 3)) -> list[Drive]:
+    """Fault-free drives of vehicles with a property of `LATER` that is 10 % more or less than at the calibration."""
     # A change stays for one turn of all vehicles, so that every vehicle gets every change.
-    changes = [(what, 1.0 + sign * share) for what in LATER for sign in (1.0, -1.0)]
-    drives = healthy_drives(hours, vehicles)
+    changes = [(what, 1.0 + sign * 0.1) for what in LATER for sign in (1.0, -1.0)]
     return [
         replace(each, seed=each.seed + 1000, later=changes[leg // len(vehicles) % len(changes)])
-        for leg, each in enumerate(drives)
+        for leg, each in enumerate(healthy_drives(hours, vehicles))
     ]
 
 
-def kinds_of_the_paper(sensor: str, in_the_loop: bool = False) -> tuple[Injected, ...]:
-    """Faults of the paper's tests: total loss, offset of either sign, and an outlier of one second, from 20 s on.
+def sensor_tests(vehicle: int = 1, swing: bool = True) -> list[Drive]:
+    """The 48 tests of the sensors: six sensors, four faults from 20 s on, short and long round.
 
-    Source: Li, Frey, Gauterin, section 5; sizes of `faults`.
-    """
-    size = OFFSETS[sensor]
-    return (
-        Injected(sensor, LOSS, in_the_loop=in_the_loop),
-        Injected(sensor, OFFSET, size, in_the_loop=in_the_loop),
-        Injected(sensor, OFFSET, -size, in_the_loop=in_the_loop),
-        Injected(sensor, OUTLIER, OUTLIER_FACTOR, end=21.0, in_the_loop=in_the_loop),
-    )
-
-
-def sensor_tests(vehicle: int = 1, in_the_loop: bool = False, swing: bool = True) -> list[Drive]:
-    """The 48 tests of the sensors: six sensors, four faults, short and long round.
-
-    Args:
-        in_the_loop: whether the automated driver uses the faulty reading as well
-        swing: see `Drive`
+    Source: Li, Frey, Gauterin, section 5: total loss, offset of either sign, and an outlier of one second.
     """
     return [
-        Drive(course, TEST_SECONDS, vehicle, 10 + vehicle, (injected,), swing)
+        Drive(course, TEST_SECONDS, vehicle, 10 + vehicle, (Injected(sensor, *fault),), swing)
         for sensor in SENSORS
-        for injected in kinds_of_the_paper(sensor, in_the_loop)
+        for fault in ((LOSS,), (OFFSET, OFFSETS[sensor]), (OFFSET, -OFFSETS[sensor]), (OUTLIER, 3.0, 20.0, 21.0))
         for course in (SHORT, LONG)
     ]
 
@@ -214,26 +266,17 @@ def actuator_tests(vehicle: int = 1, share: float = 1.0, swing: bool = True) -> 
 
     The paper has three losses on each of three rounds, but does not list them. Here the right drive fails on the long
     round, the left one on the two others.
-
-    Args:
-        share: lost share of the torque [-]
-        swing: see `Drive`
     """
     drives = {SHORT: "drive_left", LONG: "drive_right", THIRD: "drive_left"}
     return [
         Drive(course, ACTUATOR_SECONDS, vehicle, 20 + vehicle, (lost(actuator, share),), swing)
         for course, drive in drives.items()
-        for actuator in ("steering_motor_1", "steering_motor_2", drive)
+        for actuator in (*ACTUATORS[:2], drive)
     ]
 
 
 def supply_tests(vehicle: int = 1, share: float = 1.0, swing: bool = True) -> list[Drive]:
-    """Tests with a common cause, such as a lost supply: both steering motors or both drives lost, on three rounds.
-
-    Args:
-        share: share of the torque that both lose [-]
-        swing: see `Drive`
-    """
+    """Tests with a common cause, such as a lost supply: both steering motors or both drives lost, on three rounds."""
     return [
         Drive(course, ACTUATOR_SECONDS, vehicle, 20 + vehicle, tuple(lost(name, share) for name in pair), swing)
         for course in (SHORT, LONG, THIRD)
@@ -241,57 +284,39 @@ def supply_tests(vehicle: int = 1, share: float = 1.0, swing: bool = True) -> li
     ]
 
 
-def both_motors(vehicle: int = 1, swing: bool = True) -> Drive:
-    """Drive with both steering motors without torque from 104 s on, as in Figures 12 to 14 of the paper."""
-    return Drive(SHORT, 106.0, vehicle, 20 + vehicle, (lost("steering_motor_1"), lost("steering_motor_2")), swing)
-
-
-def more_kinds(
-    vehicle: int = 1, course: str = SHORT, seed: int = 0, sizes: Sequence[float] = (1.0,), seconds: float = TEST_SECONDS
-) -> list[Drive]:
+def more_kinds(vehicle: int = 1, course: str = SHORT, seed: int = 0, sizes: Sequence[float] = (1.0,)) -> list[Drive]:
     """Drives with every kind of fault of every sensor, in several sizes.
 
     Args:
-        course, seed, seconds: see `Drive`
         sizes: multiples of the offset of the tests; the other kinds are scaled to disturb the reading as much
     """
     drives = []
     for sensor, size in product(SENSORS, sizes):
         amount = size * OFFSETS[sensor]
-        several = [
-            Injected(sensor, OFFSET, amount),
-            Injected(sensor, OFFSET, -amount),
-            Injected(sensor, GAIN, 1.0 + 0.5 * size),
-            Injected(sensor, GAIN, 1.0 / (1.0 + 0.5 * size)),
-            Injected(sensor, DRIFT, 0.1 * amount),
-            Injected(sensor, NOISE, 0.5 * amount),
-            Injected(sensor, DELAY, 0.2 * size),
+        faults: list[tuple[Any, ...]] = [
+            *((OFFSET, amount), (OFFSET, -amount), (GAIN, 1.0 + 0.5 * size), (GAIN, 1.0 / (1.0 + 0.5 * size))),
+            *((DRIFT, 0.1 * amount), (NOISE, 0.5 * amount), (DELAY, 0.2 * size)),
+            *(((LOSS,), (STUCK,), (OUTLIER, 3.0, 20.0, 21.0)) if size == 1.0 else ()),
         ]
-        if size == 1.0:
-            several += [Injected(sensor, LOSS), Injected(sensor, STUCK), Injected(sensor, OUTLIER, 3.0, end=21.0)]
-        drives += [Drive(course, seconds, vehicle, seed, (injected,)) for injected in several]
+        drives += [Drive(course, TEST_SECONDS, vehicle, seed, (Injected(sensor, *each),)) for each in faults]
     return drives
 
 
-def sensor_pairs(vehicle: int = 1, course: str = SHORT, seed: int = 0) -> list[Drive]:
-    """Drives with each of the 15 pairs of sensors, both lost or both with offsets; the second fails 2 s later."""
-    drives = []
-    for first, second in combinations(SENSORS, 2):
-        lost_pair = (Injected(first, LOSS), Injected(second, LOSS, start=22.0))
-        off_pair = (Injected(first, OFFSET, OFFSETS[first]), Injected(second, OFFSET, OFFSETS[second], start=22.0))
-        drives += [Drive(course, TEST_SECONDS, vehicle, seed, pair) for pair in (lost_pair, off_pair)]
-    return drives
-
-
-def mixed_pairs(vehicle: int = 1, course: str = SHORT, seed: int = 0, share: float = 1.0) -> list[Drive]:
-    """Drives with an offset of every sensor and, 2 s later, a lost share of the torque of every actuator."""
-    return [
-        Drive(
-            course,
-            TEST_SECONDS,
-            vehicle,
-            seed,
-            (Injected(sensor, OFFSET, OFFSETS[sensor]), lost(actuator, share, 22.0, 40.0)),
-        )
-        for sensor, actuator in product(SENSORS, ACTUATORS)
+def pairs(vehicle: int = 1, course: str = SHORT, seed: int = 0) -> list[Drive]:
+    """Drives with two faults, the second 2 s later: two sensors, both lost or off, and a sensor with an actuator."""
+    several = [
+        *(
+            (
+                Injected(first, kind, sizes.get(first, math.nan)),
+                Injected(second, kind, sizes.get(second, math.nan), 22.0),
+            )
+            for first, second in combinations(SENSORS, 2)
+            for kind, sizes in ((LOSS, {}), (OFFSET, OFFSETS))
+        ),
+        *(
+            (Injected(sensor, OFFSET, OFFSETS[sensor]), lost(actuator, share, 22.0, 40.0))
+            for share in (1.0, 0.5)
+            for sensor, actuator in product(SENSORS, ACTUATORS)
+        ),
     ]
+    return [Drive(course, TEST_SECONDS, vehicle, seed, pair) for pair in several]

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
-from tierod.core.claims import Claim, at_least, exactly
-from tierod.core.content import Heading, Item, Table
-from tierod_lab.papers.condition import real_cars, tables
+from tierod.core.content import Heading, Item
+from tierod_lab.papers.condition import real_cars
 from tierod_lab.papers.condition.drives import DRIFT, OFFSETS, STUCK, Injected
-from tierod_lab.papers.condition.real_cars import Judged, judged
-from tierod_lab.papers.condition.scoring import DriveScore
-from tierod_lab.papers.condition.summary import isolated, summary
 from tierod_lab.papers.foreign.multibody_car import MultibodyCar
 from tierod_lab.papers.foreign.reported import CAR, SENSORS
 from tierod_lab.studies.effort import Effort
+from tierod_lab.studies.engine import Measure, Overview
+from tierod_lab.studies.metrics import Frame
 
-GOAL = "goal of tierod, as on real cars"
 LEARNING, STARTS, LASTING = 30.0, (33.0, 42.0, 51.0), 6.0
 """Learning time at the start of the drive, instants of the injected faults, and duration of a fault [s].
 
@@ -27,13 +24,42 @@ TEXT = (
     "Faults are those of the study of real cars, and besides a reading that stands still and one that drifts by a "
     "tenth of the offset a second, put into the recording alone. The seed follows from the judged monitor.",
 )
-
-
 CAUSE = (
-    "Missed by kind: {missed}. The bank keeps the limits that were found on the RAV4's minutes, and the faults last "
-    "six seconds: a drift ends at six tenths of the offset that is found at once, and a reading that stands still "
-    "shows only as far as the car has turned away from it. Limits from this car's own fault-free drives (identify "
-    "thresholds) would mend a part."
+    "The bank keeps the limits that were found on the RAV4's minutes, and the faults last six seconds: a drift ends at "
+    "six tenths of the offset that is found at once, and a reading that stands still shows only as far as the car has "
+    "turned away from it. Limits from this car's own fault-free drives (identify thresholds) would mend a part."
+)
+TABLE = Overview(
+    "cars",
+    "Faults of the sensors of CommonRoad's car, by kind",
+    ("kind",),
+    {
+        "faults": "count",
+        "missed": "sum missed",
+        "named rightly": "mean right",
+        "time wrong": "mean wrong",
+        "longest delay (s)": "max delay_shown",
+    },
+    {"missed": ">= 0"},
+)
+OBSERVABLE = {"isolated": ["right", "partial", "wrong", "ambiguous", "nothing"]}
+MEASURES = tuple(
+    Measure(
+        f"cars.multibody-{key}",
+        f"{claim} on CommonRoad's car.",
+        "cars",
+        metric,
+        goal,
+        "goal of tierod, as on real cars",
+        where,
+        cause=CAUSE if key in ("missed", "named") else "",
+    )
+    for key, claim, metric, goal, where in (
+        ("missed", "Faults missed", "sum missed", "= 0", {"missed": ">= 0"}),
+        ("named", "Faults named and nothing else", "mean right", ">= 0.9", OBSERVABLE),
+        ("wrong", "Time of the faults with a fault-free sensor named", "mean wrong", "= 0", {"missed": ">= 0"}),
+        ("alarms", "False alarms, with and without a fault,", "sum alarms", "= 0", {}),
+    )
 )
 
 
@@ -54,50 +80,10 @@ def faults_of(sensor: str, start: float, lasting: float) -> tuple[Injected, ...]
 
 def items(effort: Effort) -> Iterator[Item]:
     yield Heading("Sensors of CommonRoad's car", TEXT)
-    car = MultibodyCar(
-        "CommonRoad's car", ("", ""), "rav4", None, LEARNING, STARTS, LASTING, seed=SENSORS.of(CAR, 1)[0]
-    )
-    recording = car.recording()
-    if recording is None:
-        yield Heading("Not judged", ("The package commonroad-vehicle-models is not installed.",))
-        return
-    yield from shown(judged(car, recording, quick=effort.quick, kinds=faults_of))
-
-
-def by_kind(found: list[DriveScore]) -> Mapping[str, list[DriveScore]]:
-    """Scores by kind of fault, the kind with the most missed faults first."""
-    kinds: dict[str, list[DriveScore]] = {}
-    for each in found:
-        kinds.setdefault(each.drive.injected[0].kind, []).append(each)
-    return dict(sorted(kinds.items(), key=lambda pair: (-summary(pair[1]).missed, isolated(pair[1]).right)))
-
-
-def shown(of: Judged) -> Iterator[Item]:
-    """Tables and claims of the judged recording.
-
-    Args:
-        of: scores of the fault-free drive and of every fault
-    """
-    rows = []
-    for kind, found in by_kind(of.found).items():
-        known, isolation = summary(found), isolated(found)
-        latest = f"{max(known.delays_shown):.2f}" if len(known.delays_shown) else "–"
-        cells = (len(found), known.missed, known.not_testable, f"{isolation.right:.3f}", f"{isolation.ambiguous:.3f}")
-        rows.append((kind, *map(str, cells), f"{known.wrong:.4f}", latest))
-    header = ("kind", "faults", "missed", "never observable", "named rightly", "ambiguous", "time wrong", "longest [s]")
-    yield Table("Faults of the sensors of CommonRoad's car, by kind", header, tuple(rows), "Worst kind first.")
-    yield tables.named("What went by which name: CommonRoad's car", of.found)
-    known, isolation = summary(of.found), isolated(of.found)
-    kinds = ", ".join(
-        f"{kind} {summary(found).missed} of {len(found)}"
-        for kind, found in by_kind(of.found).items()
-        if summary(found).missed
-    )
-    for key, claim, measured, goal in (
-        ("missed", "Faults missed on CommonRoad's car", float(known.missed), exactly(0.0)),
-        ("named", "Faults named and nothing else on CommonRoad's car", isolation.right, at_least(0.9)),
-        ("wrong", "Time of the faults with a fault-free sensor named on CommonRoad's car", known.wrong, exactly(0.0)),
-        ("alarms", "False alarms where nothing was injected on CommonRoad's car", of.quiet.false_alarms, exactly(0.0)),
-    ):
-        cause = CAUSE.format(missed=kinds) if key in ("missed", "named") else ""
-        yield Claim(f"cars.multibody-{key}", f"{claim}.", GOAL, None, float(measured), goal, cause=cause)
+    seed = SENSORS.of(CAR, 1)[0]
+    car = MultibodyCar("CommonRoad's car", ("", ""), "rav4", None, LEARNING, STARTS, LASTING, seed=seed)
+    frame = Frame.of("cars", real_cars.judged(car, effort.quick, faults_of))
+    if len(frame):
+        yield TABLE.of(frame)
+    for each in MEASURES:
+        yield each.of(frame, "The package commonroad-vehicle-models is not installed.")

@@ -11,7 +11,7 @@ import numpy as np
 from tierod.core.errors import InputError
 from tierod.core.recording import Channel, Recording
 from tierod.vehicles import Vehicle, load
-from tierod_lab.papers.condition.real_recordings import RealCar
+from tierod_lab.papers.condition.real_cars import RealCar
 
 RATE = 100.0  # Sampling rate of the recording [Hz]
 STEERING_RATIO, AXLE_STIFFNESS = 1.0 / 16.0, (107e3, 119e3)

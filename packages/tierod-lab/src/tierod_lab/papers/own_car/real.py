@@ -18,7 +18,7 @@ from tierod.monitors.diagnose import diagnose
 from tierod.monitors.registry import MONITORS
 from tierod.vehicles import load
 from tierod.vehicles.vehicle import Vehicle
-from tierod_lab.papers.condition.real_recordings import CARS
+from tierod_lab.papers.condition.real_cars import CARS
 from tierod_lab.papers.own_car.brochure import brochure_car
 from tierod_lab.papers.own_car.judging import FALSE, over
 from tierod_lab.papers.real_data import NO_DATA

@@ -2,154 +2,143 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Annotated
+from collections.abc import Sequence
 
 import numpy as np
 
-from tierod.core.errors import InputError, ParameterError
+from tierod.core.errors import InputError
 from tierod.core.graph import scan
 from tierod.core.recording import Recording
-from tierod.methods.detectors.rule_design import threshold_from_records
-from tierod.methods.detectors.stopping_rules import HoldRule
-from tierod_lab.papers.condition.rules.actuator_set import actuator_set
-from tierod_lab.papers.condition.rules.all_residuals import AllResiduals
-from tierod_lab.papers.condition.rules.fit import FEWEST, SETTLING, fit_coefficients, samples_of
-from tierod_lab.papers.condition.rules.parameters import RESIDUALS, Coefficients, ResidualParameters
-from tierod_lab.papers.condition.rules.readings import GROWTHS, Excitation, ResidualThreshold
-from tierod_lab.papers.condition.rules.residual_set import residual_set
+from tierod.monitors.condition.signals import ConditionSample
+from tierod_lab.papers.condition.rules.parameters import (
+    RESIDUALS,
+    CarParameters,
+    Coefficients,
+    ResidualCalibration,
+)
+from tierod_lab.papers.condition.rules.residual_set import ResidualSet, residual_set, steer_of_rolling
 
-MARGIN = 1.15
-"""Ratio of a threshold to the largest fault-free residual [-], where it is not designed for a false-alarm rate."""
+MARGIN = 1.15  # Ratio of a threshold to the largest fault-free residual [-]
 
 MIRRORED = (("r7", "r11"), ("r8", "r12"), ("r9", "r13"), ("r10", "r14"), ("motor_1_share", "motor_2_share"))
 """Pairs of residuals of the left and the right side; they share one threshold, since the rules compare them."""
 
+SETTLING = 2.0  # Warm-up of the filters at the start of every drive, which is left out [s]
+
+FEWEST = 3000  # Smallest number of fault-free samples for a fit: half a minute at 100 Hz
+
 _LEAST = 1e-3  # Lower bound of a threshold, for residuals that hardly move, in the unit of the residual
 
 
-@dataclass(frozen=True)
-class ResidualCalibration:
-    """Calibration of the residuals of a vehicle."""
-
-    coefficients: Coefficients  # coefficients of the models
-    thresholds: Mapping[str, ResidualThreshold]  # threshold by residual
-    deviations: Mapping[str, float]  # fault-free standard deviation by residual, in its unit
-    samples: int  # number of fault-free samples behind the thresholds
-    printed: bool = False  # whether the equations keep their misprints
-    adaptive: bool = False  # whether thresholds grow with excitation, where that lowers them on average
-    # mean time between false alarms of each residual for which the thresholds are designed; None where they are the
-    # largest fault-free residual with a margin
-    hours_between_alarms: Annotated[float, "h"] | None = None
-
-
 def calibrate_residuals(
-    car: ResidualParameters,
+    car: CarParameters,
     fitted: Sequence[Recording],
     healthy: Sequence[Recording],
     *,
     sample_time: float = 0.01,
     printed: bool = False,
-    adaptive: bool = False,
-    hours_between_alarms: float | None = None,
 ) -> ResidualCalibration:
-    """Calibrates coefficients and thresholds on fault-free drives.
+    """Calibrate coefficients and thresholds on fault-free drives.
 
     Args:
         fitted: fault-free drives for the coefficients, 5 minutes or more
         healthy: fault-free drives for the thresholds, an hour or more
         sample_time: sampling interval of all recordings [s]
-        adaptive: whether a threshold may grow with speed, yaw acceleration, lateral acceleration and steering rate; it
-            does where that lowers it on average
-        hours_between_alarms: mean time between false alarms of each residual [h]; None takes 1.15 times the largest
-            fault-free residual
 
     Raises:
         InputError: too little fault-free driving
-        ParameterError: `hours_between_alarms` is not positive
     """
-    if hours_between_alarms is not None and not hours_between_alarms > 0.0:
-        raise ParameterError(f"hours_between_alarms is {hours_between_alarms}; expected more than zero")
-    block = residual_set(car, None, sample_time, printed)
-    known = fit_coefficients(block, [samples_of(each) for each in fitted])
-    whole = AllResiduals(residual_set(car, known, sample_time, printed), actuator_set(car, known, sample_time))
-    drives = [_Healthy.of(whole, samples_of(each), sample_time) for each in healthy]
-    count = sum(len(each.excitation) for each in drives)
+    known = fit_coefficients(residual_set(car, None, sample_time, printed), [samples_of(each) for each in fitted])
+    block = residual_set(car, known, sample_time, printed)
+    largest, count = dict.fromkeys(RESIDUALS, np.inf), 0
+    for each in healthy:
+        result = scan(block, samples_of(each))
+        settled = slice(round(SETTLING / sample_time), None)
+        count += len(result["residuals.r1"][settled])
+        for name in RESIDUALS:
+            sizes = np.abs(result[f"residuals.{name}"][settled][result[f"there.{name}"][settled] > 0.5])
+            if len(sizes):
+                most = float(np.max(sizes))
+                largest[name] = most if np.isinf(largest[name]) else max(most, largest[name])
     if count < FEWEST:
         raise InputError(f"{count} samples of fault-free driving are too few for thresholds; give {FEWEST} or more")
-    alarm_samples = None if hours_between_alarms is None else hours_between_alarms * 3600.0 / sample_time
-    thresholds, deviations = {}, {}
-    for name in RESIDUALS:
-        thresholds[name], deviations[name] = _threshold(drives, name, adaptive, alarm_samples)
-    for left, right in MIRRORED:
-        thresholds |= _alike(left, thresholds[left], right, thresholds[right])
-    return ResidualCalibration(known, thresholds, deviations, count, printed, adaptive, hours_between_alarms)
+    thresholds = {name: max(MARGIN * each, _LEAST) for name, each in largest.items()}
+    for pair in MIRRORED:
+        thresholds |= dict.fromkeys(pair, max(thresholds[name] for name in pair))
+    return ResidualCalibration(known, thresholds, count, printed)
 
 
-@dataclass(frozen=True)
-class _Healthy:
-    """Residuals of a fault-free drive, NaN where missing, and excitations, (n, 5), whose first column is one."""
+def samples_of(recording: Recording) -> np.ndarray:
+    """Samples of a recording in the columns of `ConditionSample`, (n, 14); NaN for a missing signal.
 
-    residuals: dict[str, np.ndarray]
-    excitation: np.ndarray
+    Args:
+        recording: recording with its channels on one time grid
 
-    @classmethod
-    def of(cls, block: AllResiduals, samples: np.ndarray, sample_time: float) -> _Healthy:
-        result = scan(block, samples)
-        settled = slice(round(SETTLING / sample_time), None)
-        residuals = {
-            name: np.where(result[f"there.{name}"] > 0.5, result[f"residuals.{name}"], np.nan)[settled]
-            for name in RESIDUALS
+    Raises:
+        InputError: all signals are missing, or they are not on one time grid
+    """
+    names = [name for name in ConditionSample._fields if name in recording.channels]
+    if not names:
+        raise InputError("the recording has none of the signals of the condition monitor; map its channels first")
+    lengths = {len(recording[name].values) for name in names}
+    if len(lengths) > 1:
+        raise InputError(f"the signals have {sorted(lengths)} samples; align them on one grid first")
+    columns = np.full((lengths.pop(), len(ConditionSample._fields)), np.nan)
+    for name in names:
+        columns[:, ConditionSample._fields.index(name)] = recording[name].values
+    return columns
+
+
+def fit_coefficients(block: ResidualSet, drives: Sequence[np.ndarray]) -> Coefficients:
+    """The coefficients of eqs (11) and (46), and the understeer, by least squares.
+
+    Args:
+        block: residuals whose filters and parameters are used; its coefficients have no effect
+        drives: fault-free drives, columns of `ConditionSample`
+
+    Raises:
+        InputError: too little driving
+    """
+    car, rows = block.car, []
+    for samples in drives:
+        steer = scan(block.steering, samples[:, [3, 4, 5, 7]])
+        left, right, yaw, turned = samples[:, :4].T
+        use = np.isfinite(samples[:, :8]).all(axis=1) & (np.maximum(left, right) > block.moving)
+        use[: round(SETTLING / block.steering.sample_time)] = False
+        columns = {name: steer[name] for name in block.steering.Output._fields} | {
+            "speed": 0.5 * (left + right),
+            "turning": 0.5 * (left + right) * yaw,
+            "steer": car.steering_ratio * turned,
+            "slip": car.steering_ratio * turned - steer_of_rolling(yaw, left, right, car),
+            "along": samples[:, 6],
+            "across": samples[:, 7],
+            "driven": (samples[:, 10] + samples[:, 11]) / car.wheel_radius,
         }
-        lively = [np.abs(result[f"excitation.{name}"][settled]) for name in Excitation._fields]
-        return cls(residuals, np.stack([np.ones_like(lively[0]), *lively], axis=1))
+        rows.append({name: each[use] for name, each in columns.items()})
+    of = {name: np.concatenate([each[name] for each in rows]) for name in rows[0]}
+    across, known = of["lateral_acceleration"], np.isfinite(of["driven"])
+    torque = _fitted(of["torque"], of["angle"], of["rate"], of["acceleration"], of["direction"], across)
+    per_mass, per_torque, rubbing, offset = _fitted(of["force"], car.mass * across, of["torque"], of["direction"])
+    understeer, angle_offset = _fitted(of["slip"], of["turning"])
+    drive = {name: each[known] for name, each in of.items()}
+    driven = [0.0] * 4  # recordings may lack the targets of the drives
+    if known.sum() >= FEWEST:
+        inertia, drag, sides, resistance = _fitted(
+            drive["driven"], drive["along"], drive["speed"] ** 2, drive["across"] * drive["steer"]
+        )
+        driven = [inertia, resistance, drag, sides]
+    # Eq (46) subtracts friction from the torque before the factor `per_torque`; here it was fitted after it.
+    force = per_mass, per_torque, -rubbing / per_torque if per_torque else 0.0, offset
+    values = [*torque, *force, understeer, angle_offset / car.steering_ratio, *driven]
+    return Coefficients(*values)
 
 
-def _threshold(
-    drives: Sequence[_Healthy], name: str, adaptive: bool, alarm_samples: float | None
-) -> tuple[ResidualThreshold, float]:
-    values = np.concatenate([each.residuals[name] for each in drives])
-    there = np.isfinite(values)
-    if there.sum() < FEWEST:
-        return ResidualThreshold(np.inf), np.nan
-    deviation = float(np.std(values[there]))
-    plain = not adaptive and alarm_samples is None
-    # The thresholds of the paper are symmetric about zero.
-    centre = 0.0 if plain else float(np.median(values[there]))
-    lively = np.concatenate([each.excitation for each in drives])[there]
-    shapes = [_FIXED, *([_spread(lively, np.abs(values[there] - centre))] if adaptive else [])]
-    found = []
-    for shape in shapes:
-        relative = [(each.residuals[name] - centre) / (each.excitation @ shape) for each in drives]
-        found.append(_scale(relative, alarm_samples) * shape)
-    lowest = min(found, key=lambda each: float(np.mean(lively @ each)))
-    growths = dict(zip(GROWTHS, (float(each) for each in lowest[1:]), strict=True))
-    return ResidualThreshold(max(float(lowest[0]), _LEAST), **growths, centre=centre), deviation
-
-
-_FIXED = np.array([1.0, 0.0, 0.0, 0.0, 0.0])
-
-
-def _scale(relative: Sequence[np.ndarray], alarm_samples: float | None) -> float:
-    if alarm_samples is None:
-        return MARGIN * max(float(np.nanmax(np.abs(each))) for each in relative if np.isfinite(each).any())
-    design = threshold_from_records(HoldRule(sides="both", hold=1), relative, alarm_samples)
-    return design.threshold * design.deviation
-
-
-def _alike(left: str, first: ResidualThreshold, right: str, second: ResidualThreshold) -> dict[str, ResidualThreshold]:
-    names = ("base", *GROWTHS)
-    parts = {name: max(getattr(first, name), getattr(second, name)) for name in names}
-    return {left: replace(first, **parts), right: replace(second, **parts)}
-
-
-def _spread(excitation: np.ndarray, size: np.ndarray) -> np.ndarray:
-    """Mean magnitude of a residual as a non-negative linear combination of the excitations, (5,)."""
-    from scipy.optimize import nnls
-
-    thinned = slice(None, None, 5)
-    found, _ = nnls(excitation[thinned], size[thinned])
-    # Residuals are divided by this shape: without a base it would vanish at rest.
-    found[0] = max(found[0], 0.2 * float(np.mean(size)))
-    return np.asarray(found)
+def _fitted(wanted: np.ndarray, *regressors: np.ndarray) -> list[float]:
+    """Factors of the regressors, and a constant."""
+    if len(wanted) < FEWEST:
+        raise InputError(
+            f"{len(wanted)} samples of fault-free driving are too few to fit the residuals' models on; "
+            f"give {FEWEST} or more while the vehicle moves"
+        )
+    columns = np.column_stack([*regressors, np.ones(len(wanted))])
+    return [float(each) for each in np.linalg.lstsq(columns, wanted, rcond=1e-9)[0]]

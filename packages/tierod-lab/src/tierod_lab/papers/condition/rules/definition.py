@@ -1,4 +1,4 @@
-"""The paper's rules as variants of the condition monitor, and their calibration for a vehicle file.
+"""The paper's rules as variants of the condition monitor.
 
 The package registers each of them in the group `tierod.variants.condition`.
 """
@@ -23,14 +23,12 @@ _DECIDES = "symptom of a residual"  # Name of the decision that declares faults
 
 def _opening(name: str) -> Callable[[Vehicle, float, Baseline | None], Session]:
     def opened(vehicle: Vehicle, rate: float, baseline: Baseline | None) -> Session:
-        from tierod_lab.papers.condition.rules.parameters import ResidualParameters
+        from tierod_lab.papers.condition.rules.parameters import CarParameters, calibration_of, name_of
         from tierod_lab.papers.condition.rules.rule_monitor import RulesWithReaction, rule_monitor
-        from tierod_lab.papers.condition.rules.storage import calibration_of, name_of
 
         printed = name == "rules-printed"
-        monitor = rule_monitor(
-            vehicle.parameters_for(ResidualParameters), calibration_of(vehicle, printed), name, 1.0 / rate
-        )
+        car = vehicle.parameters_for(CarParameters)
+        monitor = rule_monitor(car, calibration_of(vehicle, printed), name, 1.0 / rate)
         calibrated = name_of(printed) in vehicle.thresholds
         # The models of the rules are no substitutes: they use sensors that may be faulty as well, and their errors in
         # that case were never measured.
@@ -49,7 +47,7 @@ _DECISIONS = (
         rule=OwnRule(
             "above one; the rule of a fault must hold for 0.1 s; candidates fit to 0.75", {"least_score": 0.75}
         ),
-        place="block.monitor.rules",
+        place="block.monitor",
         mean_time_between_false_alarms=None,
         demonstrated=None,
         source="thresholds 1.15 times the largest residual of an hour of fault-free driving; "
@@ -64,47 +62,32 @@ _DECISIONS = (
 def calibrated_tables(
     vehicle: Vehicle, fitted: Sequence[Recording], healthy: Sequence[Recording], source: str, *, printed: bool = False
 ) -> Mapping[str, Table]:
-    """Calibrates the residuals, and returns the table of a vehicle file.
+    """Calibrate the residuals.
 
     Args:
         fitted, healthy: fault-free drives for the coefficients, and for the thresholds
 
     Returns:
-        the table by its name; empty where a recording lacks a signal that the residuals need
+        the table of the vehicle file by its name; empty where a recording lacks a signal that the residuals need
     """
     from tierod_lab.papers.condition.rules.calibration import calibrate_residuals
-    from tierod_lab.papers.condition.rules.parameters import ResidualParameters
-    from tierod_lab.papers.condition.rules.storage import name_of, table_of
+    from tierod_lab.papers.condition.rules.parameters import CarParameters, name_of, table_of
 
     if any(name not in each for each in (*fitted, *healthy) for name in ConditionSample._fields[:8]):
         return {}
-    car = vehicle.parameters_for(ResidualParameters)
+    car = vehicle.parameters_for(CarParameters)
     return {name_of(printed): table_of(calibrate_residuals(car, fitted, healthy, printed=printed), source)}
 
 
-RULES = Variant(
-    "rules",
-    "The paper's residuals, thresholds and rules, corrected.",
-    PAPER,
-    _opening("rules"),
-    decisions=_DECISIONS,
-    calibrate=calibrated_tables,
-)
+def _variant(name: str, summary: str, calibrate: Callable[..., Mapping[str, Table]] | None = None) -> Variant:
+    return Variant(name, summary, PAPER, _opening(name), decisions=_DECISIONS, calibrate=calibrate)
 
+
+RULES = _variant("rules", "The paper's residuals, thresholds and rules, corrected.", calibrated_tables)
 # It judges by the table of the corrected rules, so it has no calibration of its own.
-RULES_DISCRIMINATING = Variant(
-    "rules-discriminating",
-    "The same with further rules that discriminate faults.",
-    PAPER,
-    _opening("rules-discriminating"),
-    decisions=_DECISIONS,
-)
-
-RULES_PRINTED = Variant(
+RULES_DISCRIMINATING = _variant("rules-discriminating", "The same with further rules that discriminate faults.")
+RULES_PRINTED = _variant(
     "rules-printed",
     "The paper's residuals and rules with their misprints.",
-    PAPER,
-    _opening("rules-printed"),
-    decisions=_DECISIONS,
-    calibrate=partial(calibrated_tables, printed=True),
+    partial(calibrated_tables, printed=True),
 )

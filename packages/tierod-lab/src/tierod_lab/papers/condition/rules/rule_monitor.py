@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import reduce
-from typing import NamedTuple
+from functools import lru_cache, reduce
+from pathlib import Path
+from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
+from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph.maths import (
     absolute,
     all_of,
@@ -15,12 +18,15 @@ from tierod.core.graph.maths import (
     both,
     either,
     greatest_of,
+    maximum,
     minimum,
     negated,
     present,
     where,
 )
 from tierod.core.statuses import Statement, Status, code_of
+from tierod.core.toml import build
+from tierod.core.toml_document import Document
 from tierod.monitors.condition.judge import Residual, SpanOfFault, Spans
 from tierod.monitors.condition.reaction import ConditionOutput, FaultReaction, Judged, ReactionState
 from tierod.monitors.condition.signals import (
@@ -30,30 +36,97 @@ from tierod.monitors.condition.signals import (
     SENSORS,
     ConditionSample,
     Elements,
-    Measured,
-    Readings,
     Statements,
     readings_by,
 )
-from tierod_lab.papers.condition.rules.actuator_set import ActuatorSet, Repaired, Targets, actuator_set
-from tierod_lab.papers.condition.rules.calibration import ResidualCalibration
-from tierod_lab.papers.condition.rules.diagnosis import RuleDiagnosis
-from tierod_lab.papers.condition.rules.parameters import (
-    ACTUATOR_RESIDUALS,
-    RESIDUALS,
-    SENSOR_RESIDUALS,
-    ResidualParameters,
-)
-from tierod_lab.papers.condition.rules.readings import Excitation, ResidualThreshold
-from tierod_lab.papers.condition.rules.residual_set import ResidualSet, residual_set
-from tierod_lab.papers.condition.rules.symptoms import rules
-
-MAIN = dict(zip(OF_AUTOMATED, ("r10", "r14", "r4", "r2", "r3", "r19"), strict=True))
-"""Sensor -> main residual, which compares its reading with the expected one."""
+from tierod_lab.papers.condition.rules.parameters import RESIDUALS, CarParameters, ResidualCalibration
+from tierod_lab.papers.condition.rules.residual_set import MAIN, ResidualSet, residual_set
 
 HALF = 3.8
 """Residual in standard deviations that lies at its threshold [-]: half a threshold, which fault-free drives hardly
 reach, is then as likely with as without a fault."""
+
+VARIANTS = ("rules-printed", "rules", "rules-discriminating")
+"""Names of the tables of symptoms, and of the variants of the monitor."""
+
+
+@dataclass(frozen=True)
+class SymptomRule:
+    """Symptoms of one fault in the residuals; the keys are those of symptoms.toml."""
+
+    fault: str
+    abnormal: tuple[str, ...] = ()
+    normal: tuple[str, ...] = ()
+    positive: tuple[str, ...] = ()
+    negative: tuple[str, ...] = ()
+    larger: tuple[tuple[str, ...], ...] = ()
+    fault_free: tuple[str, ...] = ()
+
+    @property
+    def raised(self) -> frozenset[str]:
+        """Residuals that must be abnormal, of either sign."""
+        return frozenset((*self.abnormal, *self.positive, *self.negative))
+
+    def conditions(self, ratios: Mapping[str, Scalar]) -> list[tuple[Scalar, Scalar]]:
+        """(ratio of a residual to its threshold, whether it is as the rule asks) of every condition."""
+        return [
+            *((ratios[name], absolute(ratios[name]) >= 1.0) for name in self.abnormal),
+            *((ratios[name], absolute(ratios[name]) < 1.0) for name in self.normal),
+            *((ratios[name], ratios[name] >= 1.0) for name in self.positive),
+            *((ratios[name], ratios[name] <= -1.0) for name in self.negative),
+            *((ratios[name], absolute(ratios[name]) > absolute(ratios[other])) for name, other in self.larger),
+        ]
+
+
+@dataclass(frozen=True)
+class SymptomTable:
+    """Rules that are evaluated side by side."""
+
+    source: str
+    rule: tuple[SymptomRule, ...]  # one for each fault, after those that it depends on
+    # time for which a rule must hold without a break before its fault is declared
+    confirm_time: Annotated[float, "s", NOT_NEGATIVE]
+    hold_on: Annotated[float, "s", NOT_NEGATIVE]  # time for which a residual stays abnormal after it was
+    # time after the rule of a fault last held from which other rules take the fault as absent
+    fault_free_after: Annotated[float, "s", NOT_NEGATIVE] = 0.0
+    # whether one fault at a time is assumed; rules that hold together then give candidates, no fault
+    one_fault: bool = True
+
+    @property
+    def residuals(self) -> tuple[str, ...]:
+        """Every residual that any rule names."""
+        named = (
+            name
+            for rule in self.rule
+            for name in (*rule.abnormal, *rule.normal, *rule.positive, *rule.negative, *sum(rule.larger, ()))
+        )
+        return tuple(dict.fromkeys(named))
+
+
+@lru_cache(maxsize=3)
+def symptoms(variant: str) -> SymptomTable:
+    """The table of one of `VARIANTS`."""
+    document = Document.read(Path(__file__).with_name("symptoms.toml"), "rule")
+    table: SymptomTable = build(SymptomTable, document.content[variant], document, (variant,))
+    return table
+
+
+class Held(NamedTuple):
+    """Held symptom of a residual: last abnormal ratio to its threshold, and remaining hold-on time [s]."""
+
+    ratio: Scalar
+    left: Scalar
+
+
+class Told(NamedTuple):
+    """What the rules say: flag of every fault, whether it is one of several candidates, and its score.
+
+    A score is the share of the conditions of the rule that hold, among those whose residuals are present.
+    """
+
+    faulty: Mapping[str, Scalar]
+    candidates: Mapping[str, Scalar]
+    scores: Mapping[str, Scalar]
 
 
 @dataclass(frozen=True)
@@ -61,174 +134,184 @@ class RuleMonitor:
     """Status of six sensors and four actuators by rules.
 
     Args:
-        sensors: residuals r1 to r19
-        actuators: residuals r1a and following, from readings of which the faulty ones are replaced by expected ones
-        sensor_thresholds, actuator_thresholds: one threshold for each residual, in their order
+        thresholds: threshold of every residual, in the order of `RESIDUALS`; infinite for one that is never judged
+        least_score: share of a rule's conditions that must hold for its fault to be a candidate
 
     Build it by `rule_monitor`.
     """
 
-    sensors: ResidualSet
-    actuators: ActuatorSet
-    sensor_thresholds: tuple[ResidualThreshold, ...]
-    actuator_thresholds: tuple[ResidualThreshold, ...]
-    rules: RuleDiagnosis
+    residuals: ResidualSet
+    thresholds: tuple[Annotated[float, "unit of the signal", POSITIVE], ...]
+    table: SymptomTable
     spans: SpanOfFault
+    sample_time: Annotated[float, "s", POSITIVE]
+    least_score: Annotated[float, "", POSITIVE] = 0.75
 
     Sample = ConditionSample
 
     class State(NamedTuple):
-        sensors: ResidualSet.State
-        actuators: ActuatorSet.State
-        rules: RuleDiagnosis.State
+        residuals: ResidualSet.State
+        symptoms: tuple[Held, ...]
+        held: tuple[Scalar, ...]  # time for which each rule has held [s]
+        since_held: tuple[Scalar, ...]  # remaining time in which each fault does not count as absent [s]
         faulty: tuple[Scalar, ...]
         spans: Spans
 
     Output = Judged
 
-    @property
-    def thresholds(self) -> dict[str, ResidualThreshold]:
-        """Threshold of every residual by name."""
-        return dict(zip(RESIDUALS, (*self.sensor_thresholds, *self.actuator_thresholds), strict=True))
-
     def init(self) -> State:
-        return self.State(
-            self.sensors.init(),
-            self.actuators.init(),
-            self.rules.init(),
-            (0.0,) * len(OF_AUTOMATED),
-            Spans.initial(),
-        )
+        zeros = (0.0,) * len(self.table.rule)
+        held = (Held(0.0, 0.0),) * len(self.table.residuals)
+        return self.State(self.residuals.init(), held, zeros, zeros, (0.0,) * len(OF_AUTOMATED), Spans.initial())
 
     def step(self, state: State, sample: ConditionSample) -> tuple[State, Judged]:
-        sensors, seen = self.sensors.step(state.sensors, sample)
-        expected = self._expected(seen)
-        not_testable = self._not_testable(seen, expected)
         # With the verdict of the last sample, since that of this one depends on the residuals of the actuators.
-        repaired = self._repaired(state.faulty, seen, expected)
-        targets = Targets(*(getattr(sample, name) for name in Targets._fields))
-        actuators, driven = self.actuators.step(state.actuators, ActuatorSet.Sample(targets, repaired))
-        ratios = _ratios(seen, self.sensor_thresholds, seen.excitation)
-        ratios |= _ratios(driven, self.actuator_thresholds, seen.excitation)
-        after, said = self.rules.step(
-            state.rules, self.rules.Sample(*(ratios[name] for name in self.rules.table.residuals))
-        )
-        faulty = tuple(getattr(said.faulty, name, 0.0) for name in OF_AUTOMATED)
-        settled = {name: each > self.sensors.settling for name, each in sensors.there._asdict().items()}
-        unexplained = _exceeding(ratios, settled)
-        spans, statements = state.spans.followed_by(
-            self._statements(said, not_testable, unexplained), self._residuals(ratios, seen), self.spans
-        )
-        seen_now = {name: 1.0 - each for name, each in zip(OF_AUTOMATED, not_testable, strict=True)}
-        testable = Elements(*(seen_now.get(name, 0.0 if name in SENSORS else 1.0) for name in ELEMENTS))
-        scores = greatest_of(*(each.evidence for each in statements))
+        faulty = dict(zip(OF_AUTOMATED, state.faulty, strict=True))
+        residuals, seen = self.residuals.step(state.residuals, sample, faulty)
+        ratios = self._ratios(seen)
+        after, told = self._told(state, ratios)
+        expected = {}
+        for name, main in MAIN.items():
+            reading = getattr(seen.held, name)
+            there = getattr(seen.there, main) > 0.5
+            expected[name] = where(there, reading + getattr(seen.residuals, main), reading)
+        blind = self._blind(seen, expected)
+        settled = {name: each > self.residuals.settling for name, each in residuals.waited._asdict().items()}
+        statements = self._statements(told, blind, _exceeding(ratios, settled))
+        spans, statements = state.spans.followed_by(statements, self._sizes(ratios, seen), self.spans)
+        testable = {name: 1.0 - each for name, each in blind.items()}
         judged = Judged(
-            *(statements, testable, Elements(*(0.0,) * len(ELEMENTS)), expected, readings_by({}), scores, 0.0),
-            *(spans.supported, spans.ended(self.spans)),
+            statements,
+            Elements(*(testable.get(name, 0.0 if name in SENSORS else 1.0) for name in ELEMENTS)),
+            Elements(*(0.0,) * len(ELEMENTS)),
+            readings_by(expected),
+            readings_by({}),
+            greatest_of(*(each.evidence for each in statements)),
+            0.0,
+            spans.supported,
+            spans.ended(self.spans),
         )
-        return self.State(sensors, actuators, after, faulty, spans), judged
+        return self.State(residuals, *after, tuple(told.faulty[name] for name in OF_AUTOMATED), spans), judged
 
-    def _residuals(self, ratios: dict[str, Scalar], seen: ResidualSet.Output) -> dict[str, Residual]:
+    def _ratios(self, seen: ResidualSet.Output) -> dict[str, Scalar]:
+        """Ratios of the residuals to their thresholds; infinite, which counts as missing, where one is not present.
+
+        A residual that was never present on fault-free drives has an infinite threshold; it is neither normal nor
+        abnormal.
+        """
+        return {
+            name: where(both(there > 0.5, present(threshold)), value / threshold, math.inf)
+            for name, value, there, threshold in zip(
+                RESIDUALS, seen.residuals, seen.there, self.thresholds, strict=True
+            )
+        }
+
+    def _told(
+        self, state: State, ratios: Mapping[str, Scalar]
+    ) -> tuple[tuple[tuple[Held, ...], tuple[Scalar, ...], tuple[Scalar, ...]], Told]:
+        """Evaluate all rules."""
+        table, time = self.table, self.sample_time
+        pairs = [self._symptom(held, ratios[name]) for held, name in zip(state.symptoms, table.residuals, strict=True)]
+        shown = dict(zip(table.residuals, (ratio for _, ratio in pairs), strict=True))
+        confirmed = maximum(table.confirm_time, 0.75 * time) - 0.5 * time  # half a sample of tolerance for rounding
+        held: dict[str, Scalar] = {}
+        since_held: dict[str, Scalar] = {}
+        scores: dict[str, Scalar] = {}
+        for rule, before, left in zip(table.rule, state.held, state.since_held, strict=True):
+            conditions = rule.conditions(shown)
+            total = sum((where(present(ratio), 1.0, 0.0) for ratio, _ in conditions), start=0.0)
+            found = sum((where(both(present(ratio), so), 1.0, 0.0) for ratio, so in conditions), start=0.0)
+            scores[rule.fault] = where(total > 0.0, found / where(total > 0.0, total, 1.0), 0.0)
+            absent = [since_held[name] < 0.5 * time for name in rule.fault_free]
+            holds = all_of(*(both(present(ratio), so) for ratio, so in conditions), *absent)
+            held[rule.fault] = where(holds, minimum(before + time, table.confirm_time + time), 0.0)
+            since = maximum(table.fault_free_after, time)
+            since_held[rule.fault] = where(held[rule.fault] > confirmed, since, maximum(left - time, 0.0))
+        flags = {name: where(each > confirmed, 1.0, 0.0) for name, each in held.items()}
+        beyond = {name: both(present(each), absolute(each) >= 1.0) for name, each in shown.items()}
+        told = self._isolated(flags, scores, beyond)
+        return (tuple(symptom for symptom, _ in pairs), tuple(held.values()), tuple(since_held.values())), told
+
+    def _symptom(self, before: Held, ratio: Scalar) -> tuple[Held, Scalar]:
+        """Held symptom and effective ratio of a residual: an abnormal one holds on, a missing one is no symptom."""
+        beyond = both(present(ratio), absolute(where(present(ratio), ratio, 0.0)) >= 1.0)
+        left = where(beyond, self.table.hold_on, maximum(before.left - self.sample_time, 0.0))
+        held = where(beyond, ratio, before.ratio)
+        return Held(held, left), where(left > 0.5 * self.sample_time, held, ratio)
+
+    def _isolated(
+        self, flags: Mapping[str, Scalar], scores: Mapping[str, Scalar], beyond: Mapping[str, Scalar]
+    ) -> Told:
+        """Faults and candidates among the sensors, and among the actuators.
+
+        Candidates are faults whose rules hold together, and, where an abnormal residual is explained by no rule, those
+        of the best score.
+        """
+        faulty, candidates = {}, {}
+        for group in (OF_AUTOMATED, ACTUATORS):
+            known = frozenset().union(*(rule.raised for rule in self.table.rule if rule.fault in group))
+            count: Scalar = sum((flags[name] for name in group), start=0.0)
+            best: Scalar = greatest_of(0.0, *(scores[name] for name in group))
+            abnormal: Scalar = any_of(0.0, *(each for name, each in beyond.items() if name in known))
+            unknown = all_of(count < 0.5, abnormal, best >= self.least_score)
+            for name in group:
+                fits = both(unknown, scores[name] >= best - 1e-9)
+                candidates[name] = where(either(both(count > 1.5, flags[name]), fits), 1.0, 0.0)
+                faulty[name] = where(count > 1.5, 0.0, flags[name]) if self.table.one_fault else flags[name]
+        return Told(faulty, candidates, scores)
+
+    def _sizes(self, ratios: Mapping[str, Scalar], seen: ResidualSet.Output) -> dict[str, Residual]:
         """Main residual of every sensor, and the smallest of all that the rule of an actuator takes as abnormal."""
         found = {
-            name: Residual(HALF * ratios[MAIN[name]], present(ratios[MAIN[name]]), reading=reading)
-            for name, reading in zip(OF_AUTOMATED, seen.held, strict=False)
+            name: Residual(HALF * ratios[main], present(ratios[main]), reading=getattr(seen.held, name))
+            for name, main in MAIN.items()
         }
-        for rule in self.rules.table.rules:
+        for rule in self.table.rule:
             if rule.fault in ACTUATORS and rule.raised:
                 least = reduce(minimum, (absolute(ratios[name]) for name in sorted(rule.raised)))
                 found[rule.fault] = Residual(HALF * least, present(least))
         return found
 
-    def _statements(self, said: RuleDiagnosis.Output, not_testable: Sequence[Scalar], exceeding: Scalar) -> Statements:
+    def _statements(self, told: Told, blind: Mapping[str, Scalar], exceeding: Scalar) -> Statements:
         """Status and score of every element; rules estimate neither kind nor magnitude.
 
         Every element is a candidate while a residual exceeds its limit and no rule explains it.
         """
-        made = []
         # A single candidate is no explanation either: its rule does not hold.
-        explained = either(any_of(0.0, *said.faulty), sum(said.candidates, 0.0) > 1.5)
+        explained = either(any_of(0.0, *told.faulty.values()), sum(told.candidates.values(), 0.0) > 1.5)
         unexplained = both(exceeding, negated(explained))
-        known = (*OF_AUTOMATED, *ACTUATORS)
-        blinded = dict(zip(OF_AUTOMATED, not_testable, strict=True))
+        made = []
         for name in ELEMENTS:
-            # Sensors that the rules do not use, such as front wheels, are never testable; actuators always are.
-            blind = blinded.get(name, 0.0 if name in ACTUATORS else 1.0)
-            # An element without a rule is never declared.
-            faulty, candidate, score = (getattr(each, name, 0.0) for each in said[:3])
-            quiet = where(blind > 0.5, code_of(Status.NOT_TESTABLE), code_of(Status.HEALTHY))
-            suspect = either(candidate > 0.5, both(unexplained, 1.0 if name in known else 0.0))
+            # Sensors that the rules do not use, such as front wheels, are never testable nor declared.
+            unseen = blind.get(name, 0.0 if name in ACTUATORS else 1.0)
+            faulty, candidate, score = (each.get(name, 0.0) for each in told)
+            quiet = where(unseen > 0.5, code_of(Status.NOT_TESTABLE), code_of(Status.HEALTHY))
+            suspect = either(candidate > 0.5, both(unexplained, 1.0 if name in told.scores else 0.0))
             status = where(faulty > 0.5, code_of(Status.FAULT), where(suspect, code_of(Status.SUSPECT), quiet))
             made.append(Statement(status, 0.0, 0.0, 0.0, 0.0, score))
         return Statements(*made)
 
-    def _expected(self, seen: ResidualSet.Output) -> Readings:
-        """Expected reading of each sensor: its reading plus its main residual, or its reading where that is missing."""
-        # Not strict: the two accelerations at the end of the readings are not judged.
-        readings = dict(zip(OF_AUTOMATED, seen.held, strict=False))
-        return readings_by(
-            {
-                name: where(
-                    getattr(seen.there, MAIN[name]) > 0.5,
-                    readings[name] + getattr(seen.residuals, MAIN[name]),
-                    readings[name],
-                )
-                for name in OF_AUTOMATED
-            }
-        )
-
-    def _repaired(self, faulty: Sequence[Scalar], seen: ResidualSet.Output, expected: Readings) -> Repaired:
-        values = seen.held._asdict()
-        values |= {
-            name: where(wrong > 0.5, getattr(expected, name), values[name])
-            for name, wrong in zip(OF_AUTOMATED, faulty, strict=True)
-        }
-        return Repaired(Measured(**values), seen.motion, seen.held.steering_shaft_torque, seen.residuals.r19)
-
-    def _not_testable(self, seen: ResidualSet.Output, expected: Readings) -> list[Scalar]:
+    def _blind(self, seen: ResidualSet.Output, expected: Mapping[str, Scalar]) -> dict[str, Scalar]:
         """Flag of each sensor whose loss would not show.
 
         Reading and expected reading are within the threshold of the main residual, or that residual is missing.
         """
-        names = [each.name for each in SENSOR_RESIDUALS]
-        flags: list[Scalar] = []
-        for name, reading in zip(OF_AUTOMATED, seen.held, strict=False):
-            main = MAIN[name]
-            bound = self.sensor_thresholds[names.index(main)].at(seen.excitation)
-            near = all_of(
-                getattr(seen.there, main) > 0.5,
-                absolute(getattr(expected, name)) < bound,
-                absolute(reading) < bound,
-            )
-            flags.append(where(near, 1.0, where(getattr(seen.there, main) > 0.5, 0.0, 1.0)))
+        bounds = dict(zip(RESIDUALS, self.thresholds, strict=True))
+        flags = {}
+        for name, main in MAIN.items():
+            there = getattr(seen.there, main) > 0.5
+            near = both(absolute(expected[name]) < bounds[main], absolute(getattr(seen.held, name)) < bounds[main])
+            flags[name] = where(all_of(there, near), 1.0, where(there, 0.0, 1.0))
         return flags
-
-
-def _ratios(
-    seen: ResidualSet.Output | ActuatorSet.Output, thresholds: tuple[ResidualThreshold, ...], excitation: Excitation
-) -> dict[str, Scalar]:
-    """Ratios of the residuals to their thresholds; infinite, which counts as missing, where one is not present.
-
-    A residual that was never present on fault-free drives has an infinite threshold; it is neither normal nor abnormal.
-    """
-    return {
-        name: where(both(there > 0.5, present(threshold.base)), threshold.ratio(value, excitation), _ABSENT)
-        for name, value, there, threshold in zip(
-            seen.residuals._fields, seen.residuals, seen.there, thresholds, strict=True
-        )
-    }
 
 
 def _exceeding(ratios: Mapping[str, Scalar], settled: Mapping[str, Scalar]) -> Scalar:
     """Whether any residual exceeds its limit; one without a signal, or whose filters have just begun, does not."""
     found = []
     for name, ratio in ratios.items():
-        sensors = [settled[each] for each in RESIDUALS[name].signals if each in settled]
+        sensors: Sequence[Scalar] = [settled[each] for each in RESIDUALS[name].signals if each in settled]
         found.append(all_of(present(ratio), absolute(ratio) > 1.0, *sensors))
     return any_of(0.0, *found)
-
-
-_ABSENT = float("inf")
 
 
 @dataclass(frozen=True)
@@ -255,24 +338,19 @@ class RulesWithReaction:
 
 
 def rule_monitor(
-    car: ResidualParameters,
-    calibration: ResidualCalibration,
-    variant: str = "rules",
-    sample_time: float = 0.01,
+    car: CarParameters, calibration: ResidualCalibration, variant: str = "rules", sample_time: float = 0.01
 ) -> RuleMonitor:
     """A variant of the rules for a vehicle.
 
     Args:
         calibration: calibration of `calibrate_residuals`, whose `printed` suits the variant
-        variant: "rules", "rules-printed", "rules-discriminating", or the path of a rule file
+        variant: one of `VARIANTS`
         sample_time: sampling interval [s]
     """
-    known = calibration.coefficients
     return RuleMonitor(
-        residual_set(car, known, sample_time, calibration.printed),
-        actuator_set(car, known, sample_time),
-        tuple(calibration.thresholds[each.name] for each in SENSOR_RESIDUALS),
-        tuple(calibration.thresholds[each.name] for each in ACTUATOR_RESIDUALS),
-        RuleDiagnosis(rules(variant), sample_time, (OF_AUTOMATED, ACTUATORS)),
+        residual_set(car, calibration.coefficients, sample_time, calibration.printed),
+        tuple(calibration.thresholds[name] for name in RESIDUALS),
+        symptoms(variant),
         SpanOfFault(sample_time, lasting=True),
+        sample_time,
     )
