@@ -5,15 +5,15 @@ import math
 from tierod_lab.campaign.figures import Moments
 from tierod_lab.campaign.judging import FAULT_FREE, Judged, Row
 
+STATUSES = {"found": "fault", "early": "fault", "false alarm": "suspect", "not judged": "not ready"}
+
 
 def judged(outcome="quiet", **changes):
     """A judgement over ten minutes of driving, half of them before the fault if there is one."""
     faulty = outcome in ("found", "missed", "early")
     later = math.inf if faulty else math.nan
     values = {
-        "status": {"found": "fault", "early": "fault", "false alarm": "suspect", "not judged": "not ready"}.get(
-            outcome, "healthy"
-        ),
+        "status": STATUSES.get(outcome, "healthy"),
         "headline": "As the test wants.",
         "cause": "",
         "value": 8.0 if faulty else 4.0,
@@ -21,10 +21,7 @@ def judged(outcome="quiet", **changes):
         "unit": "N*m",
         "ratio": math.nan,
         "outcome": outcome,
-        "detection_s": later,
-        "detection_enabled_s": later,
-        "fault_s": later,
-        "fault_enabled_s": later,
+        **dict.fromkeys(("detection_s", "detection_enabled_s", "fault_s", "fault_enabled_s"), later),
         "false_alarms": 0,
         "seconds": 600.0,
         "enabled_s": 300.0,

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from experiments.campaign_rows import row
-from tierod_lab.campaign.figures import area_under_curve, quantile, share_bound
+from tierod_lab.campaign.figures import area_under_curve, share_bound
 from tierod_lab.campaign.pools import pool
 
 
@@ -23,15 +23,6 @@ def test_the_bound_of_a_share():
 def test_the_area_is_the_share_of_pairs_in_order(lower, higher):
     pairs = [1.0 if high > low else 0.5 if high == low else 0.0 for low in lower for high in higher]
     assert area_under_curve(lower, higher) == pytest.approx(sum(pairs) / len(pairs))
-
-
-def test_quantiles_keep_what_was_never_found():
-    times = [4.0, 1.0, math.inf, 2.0]
-    assert quantile(times, 0.5) == 2.0
-    assert quantile(times, 0.75) == 4.0
-    assert quantile(times, 0.95) == math.inf
-    assert math.isnan(quantile([], 0.5))
-    assert quantile(range(1, 101), 0.95) == 95.0
 
 
 FOUND = {"fault": "step", "size": 4}

@@ -5,15 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from driven import drive
 from tierod.core.facts import Verdict
 from tierod.core.recording import Channel, Recording
 from tierod.core.statuses import Status
-from tierod.monitors.runner import find
 from tierod.monitors.session import Conclusion, Monitor, StatusChange, Variant
 from tierod.vehicles import load
 from tierod_lab.campaign.judging import Window, judge
-from tierod_lab.ground import FrictionCourse
 
 NOT_READY, HEALTHY, RISING, FAULT = Status.NOT_READY, Status.HEALTHY, Status.RISING, Status.FAULT
 
@@ -97,19 +94,3 @@ def test_errors_are_those_of_settled_estimates_while_the_monitor_judges():
     assert found.errors_faulty.mean == pytest.approx(-2.0, abs=0.05)
     assert (found.truth_fault_free, found.truth_faulty) == pytest.approx((1.0, 3.0))
     assert len(found.estimates_fault_free) == 8
-
-
-@pytest.mark.slow
-def test_the_friction_monitor_finds_a_step_and_its_size():
-    recording = drive(minutes=13.0, friction=FrictionCourse.step(4.0, 8.0, at=390.0), seed=1)
-    found, learnt = judge(
-        recording, find("friction"), load("midsize-eps"), None, Window(390.0, math.inf), settling=50.0
-    )
-    assert found.outcome == "found"
-    assert 0.0 < found.detection_enabled_s < found.detection_s < found.fault_s < 200.0
-    assert found.errors_fault_free.mean == pytest.approx(0.0, abs=0.6)
-    assert found.errors_faulty.mean == pytest.approx(0.0, abs=0.8)
-    assert (found.truth_fault_free, found.truth_faulty) == pytest.approx((4.0, 8.0), abs=0.01)
-    assert found.area == 1.0
-    assert found.ratio == pytest.approx(found.value / (4.0 + found.errors_fault_free.mean), rel=0.1)
-    assert learnt is None

@@ -12,7 +12,7 @@ from tierod.core.graph import scan
 from tierod.core.graph.analysis import jacobian
 from tierod_lab.ground.cars import Start
 from tierod_lab.ground.cars.benches import Acting, ColumnBench, ColumnMotion, MotorBench
-from tierod_lab.ground.cars.road_cars import ActiveFrontCar, DemonstratorCar, EpsCar, SteerByWireCar
+from tierod_lab.ground.cars.road_cars import DemonstratorCar, EpsCar, SteerByWireCar
 from tierod_lab.ground.chassis import SingleTrack, TwoTrack
 from tierod_lab.ground.control import ActiveReturn, AssistUnit, Characteristic
 from tierod_lab.ground.drivers import HumanDriver, Pedals
@@ -105,29 +105,6 @@ def test_a_step_of_a_millisecond_is_of_second_order_and_short_enough(chassis, le
 
 
 pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")
-SUPERPOSED = ActiveFrontCar(chassis=SingleTrack(), driver=HumanDriver(persistence=0.0), start=Start(15.0))
-SUPERPOSED_STEPS = 3000
-SUPERPOSED_TIME = np.arange(SUPERPOSED_STEPS) * 1e-3
-SUPERPOSED_SWING = 0.6 * np.sin(4.0 * SUPERPOSED_TIME)
-
-
-@cache
-def superposing(**inputs):
-    return Run(
-        SUPERPOSED, SUPERPOSED_STEPS, demand__speed=15.0, demand__steering_wheel_angle=SUPERPOSED_SWING, **inputs
-    )
-
-
-def motor_angle(run):
-    return run["motor_angle_mechanical"][::10]
-
-
-def test_a_false_motor_angle_is_turned_away_and_the_identity_shows():
-    run, fault_free = superposing(ports__motor_angle_mechanical__offset=0.05), superposing()
-    away = motor_angle(run)[-500:] - motor_angle(fault_free)[-500:]
-    np.testing.assert_allclose(away, -0.05, atol=0.02)
-
-
 BY_WIRE = SteerByWireCar(chassis=SingleTrack(), driver=HumanDriver(persistence=0.0), start=Start(15.0))
 BY_WIRE_STEPS = 4000
 BY_WIRE_SWING = 0.8 * np.sin(3.0 * np.arange(BY_WIRE_STEPS) * 1e-3)

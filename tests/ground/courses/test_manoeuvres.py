@@ -9,14 +9,7 @@ from tierod_lab.ground.courses.bench import BenchMultisine, BenchRamps, BenchSwe
 from tierod_lab.ground.courses.course import (
     During,
 )
-from tierod_lab.ground.courses.manoeuvres import LockToLock, RandomSteer, SineSteer
-
-
-def test_a_sine_dwells_at_its_last_extreme():
-    course = SineSteer(settle=0.0, amplitude=0.5, frequency=1.0, periods=1, dwell=0.5)
-    time = np.array([0.25, 0.5, 0.75, 1.0, 1.25, 1.375, 1.5, 1.6])
-    expected = [0.5, 0.0, -0.5, -0.5, -0.5, -0.5 * math.sqrt(0.5), 0.0, 0.0]
-    assert course.angle_at(time) == pytest.approx(expected, abs=1e-12)
+from tierod_lab.ground.courses.manoeuvres import LockToLock, RandomSteer
 
 
 def test_random_steering_has_its_band_and_size():

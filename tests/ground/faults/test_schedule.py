@@ -26,7 +26,6 @@ from tierod_lab.ground.faults import (
     Spikes,
     Step,
     Stuck,
-    TorqueLoss,
     TotalLoss,
     Within,
     injected,
@@ -152,24 +151,6 @@ def test_the_same_seed_gives_the_same_faults_and_others_do_not_move_them():
     assert not np.array_equal(first[1]["motor_torque"], driven(make(noise, seed=1))[1]["motor_torque"])
     twice = make(noise, noise)
     assert twice.windows[0]["start"] != twice.windows[1]["start"]
-
-
-def test_what_is_known_afterwards():
-    schedule = make(
-        Fault("motor_torque", TorqueLoss(0.5), AtTime(1.0), 100.0, "half"), Fault("yaw_rate", Offset("1 deg/s"))
-    )
-    half, offset = schedule.provenance
-    assert half == {
-        "name": "half",
-        "element": "motor_torque",
-        "behaviour": {"kind": "torque-loss", "share": 0.5},
-        "start": 1.0,
-        "end": SECONDS,
-        "targets": ["actuator motor_torque"],
-        "trigger": {"kind": "at-time", "time": 1.0},
-    }
-    assert offset["behaviour"]["size"] == pytest.approx(np.radians(1.0))
-    assert offset["name"] == "yaw_rate offset"
 
 
 @pytest.mark.parametrize("behaviour", [TotalLoss(), Stuck(), Offset("5 deg/s"), Drift(0.1), Noise(0.2), Delay(0.1)])

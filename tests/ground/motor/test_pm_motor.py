@@ -1,6 +1,5 @@
 """The motor with its drive, beside an independent machine and closed forms."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -93,17 +92,6 @@ def test_it_turns_as_three_phases_do(motor):
     )
     np.testing.assert_allclose(run["motor_speed"][1:], states[:, 3], rtol=1e-3, atol=0.05)
     np.testing.assert_allclose(run["motor_angle_mechanical"][1:], states[:, 4], atol=2e-3)
-
-
-def test_requested_torque_arrives_and_stays():
-    run = Run(bench(smooth()), 60, motor_torque=1.0, locked=1.0)
-    torque = run["motor_torque"]
-    assert torque[-1] == pytest.approx(1.0, rel=1e-3)
-    assert np.max(torque) < 1.05
-    quadrature = run["motor_current_beta"] * TORQUE_CONSTANT
-    risen = np.argmax(quadrature > 1.0 - math.exp(-1.0)) * PERIOD
-    assert AFS_MOTOR.control.lag < risen < AFS_MOTOR.control.lag + 2.5 * PERIOD
-    assert not np.any(run["motor_speed"])
 
 
 def test_energy_goes_in_and_is_accounted_for():

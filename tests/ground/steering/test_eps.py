@@ -10,9 +10,9 @@ from ground.rigs import STEP, Rig
 from tierod.core.graph.analysis import jacobian
 from tierod.physics.friction import dahl_slope
 from tierod_lab.ground.parts import Loads
-from tierod_lab.ground.steering import Linkage, Motor, Ripple, TorsionBar
+from tierod_lab.ground.steering import Linkage, Motor, Ripple
 from tierod_lab.ground.steering.column_eps import ColumnEps, Rotor, WormGear
-from tierod_lab.ground.steering.friction import Coulomb, Dahl, DahlPower, DryFriction, LuGre, MaxwellSlip, Stribeck
+from tierod_lab.ground.steering.friction import Coulomb, Dahl, DryFriction, LuGre
 from tierod_lab.ground.steering.rack_eps import demonstrator_rack
 
 SMOOTH = DryFriction(level=0.0)
@@ -55,25 +55,6 @@ def test_steering_with_friction_is_its_differential_equation():
         (out["truth_friction_resistance"], friction.level * share),
     ):
         assert np.sqrt(np.mean((ours - theirs) ** 2)) < 0.005 * np.std(theirs)
-
-
-LAWS = [Coulomb(), Dahl(), DahlPower(exponent=0.5), DahlPower(exponent=2.0), MaxwellSlip(), Stribeck(), LuGre()]
-
-
-@pytest.mark.parametrize("turns", [0.3, 1.0, 4.0])
-@pytest.mark.parametrize("law", LAWS, ids=[f"{type(law).__name__}{getattr(law, 'exponent', '')}" for law in LAWS])
-def test_loop_of_the_hands_is_the_work_of_friction(law, turns):
-    steering = ColumnEps(
-        friction=DryFriction(4.0, law), damping=0.0, motor=Motor(damping=0.0), torsion_bar=TorsionBar(damping=0.0)
-    )
-    rig = Rig(steering, kingpin_stiffness=3000.0, arm_stiffness=300.0, arm_damping=3.0)
-    period = 2.0 * math.pi / turns
-    time, out = rig.run(4.0 * period, hand_angle=lambda t: 0.6 * np.sin(turns * t))
-    last = time > 2.0 * period
-    hands = np.trapezoid(out["driver_torque"][last], out["steering_wheel_angle"][last])
-    friction = np.trapezoid(out["truth_friction_resistance"][last], out["pinion_angle"][last])
-    assert hands == pytest.approx(friction, rel=0.01)
-    assert 0.0 < friction < 1.25 * 4.0 * np.sum(np.abs(np.diff(out["pinion_angle"][last])))
 
 
 @pytest.mark.parametrize(
