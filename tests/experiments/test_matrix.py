@@ -5,7 +5,7 @@ import pytest
 from tierod.core.errors import ParameterError
 from tierod.core.toml import build
 from tierod.core.toml_document import Document
-from tierod_lab.campaign.matrix import CampaignFile, points
+from tierod_lab.campaign.matrix import CampaignFile, Matrix
 
 HEAD = """name = "steps"
 description = "Steps of friction."
@@ -34,7 +34,7 @@ sizes = [1.5, "4 N*m"]
 
 def matrix(text):
     document = Document.parse(text, "c.toml", "campaign")
-    return points(build(CampaignFile, document.content, document), document)
+    return Matrix(build(CampaignFile, document.content, document), document).points()
 
 
 def places(text):

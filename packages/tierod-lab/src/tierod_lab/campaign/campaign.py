@@ -21,12 +21,10 @@ from tierod_lab.campaign.matrix import (
     SEED,
     SIZE,
     CampaignFile,
+    Matrix,
     MonitorChoice,
     Point,
-    check_where,
     is_at,
-    levels_of,
-    points,
 )
 from tierod_lab.campaign.plan import Cell, Judge, Plan, drive_key, reference_drives
 from tierod_lab.campaign.pools import Gate, Pool
@@ -85,7 +83,8 @@ def _find(given: str) -> Path:
 def from_document(document: Document) -> Campaign:
     """The campaign of a document; relative paths in it start at its folder."""
     file: CampaignFile = build(CampaignFile, document.content, document)
-    matrix = points(file, document)
+    whole = Matrix(file, document)
+    matrix = whole.points()
     judges = _judges(file, document)
     scenes = Scenes.of(file, document)
     driven = [scenes.scenario(point) for point in matrix]
@@ -96,7 +95,7 @@ def from_document(document: Document) -> Campaign:
     keys = [drive_key(scenario, known) for scenario in driven]
     cells = [Cell(*each) for each in zip(matrix, driven, keys, references, strict=True)]
     plan = Plan(cells, judges, file.settling, file.keep == "recordings")
-    return Campaign(file, document, plan, _gates(file, document, matrix, judges))
+    return Campaign(file, document, plan, _gates(whole, matrix, [judge.label for judge in judges]))
 
 
 def _judges(file: CampaignFile, document: Document) -> tuple[Judge, ...]:
@@ -131,52 +130,42 @@ def _reference_points(
     file: CampaignFile, document: Document, matrix: Sequence[Point], scattered: bool
 ) -> list[int | None]:
     if file.same_car is None:
-        raise document.error(
-            ("same_car",),
-            "'same_car' is missing: a baseline is learnt from the first fault-free drive of the same car; name the "
-            f"axes that define a car, of: {', '.join(matrix[0].place)}",
-        )
+        learnt = "'same_car' is missing: a baseline is learnt from the first fault-free drive of the same car"
+        message = f"{learnt}; name the axes that define a car, of: {', '.join(matrix[0].place)}"
+        raise document.error(("same_car",), message)
     for number, axis in enumerate(file.same_car):
         if axis not in matrix[0].place or axis in (FAULT, SIZE):
             known = [name for name in matrix[0].place if name not in (FAULT, SIZE)]
             raise document.error(("same_car", number), f"'{axis}' is not an axis of cars{nearest(axis, known)}")
     if scattered and SEED not in file.same_car:
-        raise document.error(
-            ("same_car",),
-            "the scenario scatters cars and sensors from seed to seed, so that 'seed' belongs to same_car",
-        )
+        scatters = "the scenario scatters cars and sensors from seed to seed, so that 'seed' belongs to same_car"
+        raise document.error(("same_car",), scatters)
     references = reference_drives(matrix, file.same_car)
     if -1 in references:
         place = matrix[references.index(-1)].place
         car = ", ".join(f"{axis} {place[axis]}" for axis in file.same_car) or "any car"
-        raise document.error(
-            ("same_car",), f"there is no fault-free drive of the same car ({car}) to learn its baseline from"
-        )
+        lacks = f"there is no fault-free drive of the same car ({car}) to learn its baseline from"
+        raise document.error(("same_car",), lacks)
     return references
 
 
-def _gates(
-    file: CampaignFile, document: Document, matrix: Sequence[Point], judges: Sequence[Judge]
-) -> tuple[Gate, ...]:
-    gates, labels = [], [judge.label for judge in judges]
-    axes = levels_of(file, document)
-    for number, entry in enumerate(file.gates):
+def _gates(whole: Matrix, matrix: Sequence[Point], labels: Sequence[str]) -> tuple[Gate, ...]:
+    gates, document = [], whole.document
+    for number, entry in enumerate(whole.file.gates):
         location = ("gates", number)
         if entry.figure not in Pool._fields:
-            raise document.error(
-                (*location, "figure"), f"no figure is called '{entry.figure}'{nearest(entry.figure, Pool._fields)}"
-            )
+            near = nearest(entry.figure, Pool._fields)
+            raise document.error((*location, "figure"), f"no figure is called '{entry.figure}'{near}")
         try:
             goal = Goal.read(entry.goal)
         except ParameterError as error:
             raise document.error((*location, "goal"), str(error)) from None
-        check_where(entry.where, axes, None, document, (*location, "where"))
+        whole.check(entry.where, None, (*location, "where"))
         if not any(is_at(point.place, entry.where) for point in matrix):
             raise document.error((*location, "where"), "no cell of the matrix is there; the gate would judge nothing")
         if entry.monitor not in labels and (entry.monitor or len(labels) > 1):
-            raise document.error(
-                (*location, "monitor"), f"no monitor is called '{entry.monitor}'{nearest(entry.monitor, labels)}"
-            )
+            near = nearest(entry.monitor, labels)
+            raise document.error((*location, "monitor"), f"no monitor is called '{entry.monitor}'{near}")
         gates.append(Gate(entry.figure, goal, entry.where, entry.monitor or labels[0]))
     return tuple(gates)
 

@@ -154,51 +154,6 @@ class Point:
         return [table for level in self.levels for table in level.tables]
 
 
-def levels_of(file: CampaignFile, document: Document) -> list[list[Level]]:
-    """Levels of every axis, the faults last."""
-    axes = []
-    for name, axis in file.axes.items():
-        if name in (FAULT, SIZE, SEED, SEEDS):
-            raise document.error(("axes", name), f"an axis cannot be called '{name}', which every campaign has")
-        levels = [
-            Level({name: label}, changes, ("axes", name, *location)) for label, changes, location in axis.changes(name)
-        ]
-        axes.append(_distinct(levels, document))
-    faults = [Level({FAULT: FAULT_FREE, SIZE: ""}, {}, ("fault_free",))] if file.fault_free else []
-    for name in file.faults:
-        if name == FAULT_FREE:
-            raise document.error(
-                ("faults", name), f"a fault cannot be called '{FAULT_FREE}', which is a drive without one"
-            )
-        faults += _distinct(_sizes(file, name, document), document)
-    if not faults:
-        raise document.error(
-            ("fault_free",), "the matrix is empty: there are no faults, and fault-free drives are left out"
-        )
-    return [*axes, faults]
-
-
-def _sizes(file: CampaignFile, name: str, document: Document) -> list[Level]:
-    table = dict(file.faults[name])
-    location: Location = ("faults", name)
-    sizes, together = table.pop("sizes", None), table.pop("together", [])
-    if not isinstance(together, list) or not (sizes is None or (isinstance(sizes, list) and sizes)):
-        raise document.error(location, "'sizes' is a list of sizes, 'together' a list of further faults; correct that")
-    if sizes is not None and "size" in table:
-        raise document.error((*location, "size"), "'size' and 'sizes' state the same; leave one out")
-    others = [fault_of(each, document, (*location, "together", at)) for at, each in enumerate(together)]
-    table.setdefault("name", name)
-    levels = []
-    for at, size in enumerate([None] if sizes is None else sizes):
-        sized = table if size is None else table | {"size": size}
-        faults = (fault_of(sized, document, location), *others)
-        place = {FAULT: name, SIZE: "" if size is None else label(size)}
-        levels.append(
-            Level(place, {}, location if size is None else (*location, "sizes", at), faults, (sized, *together))
-        )
-    return levels
-
-
 def with_changes(content: Mapping[str, object], changes: Mapping[str, object]) -> dict[str, Any]:
     """Nested tables with values set at dotted names; missing tables are created.
 
@@ -218,101 +173,125 @@ def with_changes(content: Mapping[str, object], changes: Mapping[str, object]) -
     return merged
 
 
-def _distinct(levels: Sequence[Level], document: Document) -> list[Level]:
-    seen: dict[tuple[str, ...], Level] = {}
-    for level in levels:
-        key = tuple(level.place.values())
-        if key in seen:
-            raise document.error(level.location, f"there are two levels '{' '.join(filter(None, key))}'; take one out")
-        seen[key] = level
-    return list(levels)
+class Matrix:
+    """All combinations of levels and seeds of a campaign, with the axes from which they are made, the faults last."""
 
+    def __init__(self, file: CampaignFile, document: Document):
+        self.file, self.document = file, document
+        self.axes: list[list[Level]] = []
+        for name, axis in file.axes.items():
+            if name in (FAULT, SIZE, SEED, SEEDS):
+                raise document.error(("axes", name), f"an axis cannot be called '{name}', which every campaign has")
+            changes = axis.changes(name)
+            levels = [Level({name: label}, change, ("axes", name, *place)) for label, change, place in changes]
+            self.axes.append(self._distinct(levels))
+        faults = [Level({FAULT: FAULT_FREE, SIZE: ""}, {}, ("fault_free",))] if file.fault_free else []
+        for name in file.faults:
+            if name == FAULT_FREE:
+                without = f"a fault cannot be called '{FAULT_FREE}', which is a drive without one"
+                raise document.error(("faults", name), without)
+            faults += self._distinct(self._sizes(name))
+        if not faults:
+            empty = "the matrix is empty: there are no faults, and fault-free drives are left out"
+            raise document.error(("fault_free",), empty)
+        self.axes.append(faults)
 
-def points(file: CampaignFile, document: Document) -> list[Point]:
-    """All cells of the matrix, in its order; included cells are last."""
-    axes = levels_of(file, document)
-    seeds = _checked_seeds(file.seeds, ("seeds",), document)
-    found = {_key(point): point for point in _product(axes, seeds, document, ("seeds",))}
-    for number, where in enumerate(file.exclude):
-        location = ("exclude", number)
-        check_where(where, axes, seeds, document, location)
-        gone = [key for key, point in found.items() if is_at(point.place, where)]
-        if not gone:
-            raise document.error(location, "this excludes no cell that is left; take it out")
-        for key in gone:
-            del found[key]
-    for number, where in enumerate(file.include):
-        for point in _included(where, axes, seeds, document, ("include", number)):
-            found.setdefault(_key(point), point)
-    if not found:
-        raise document.error(("exclude",), "every cell of the matrix is excluded; leave some")
-    return list(found.values())
+    def _sizes(self, name: str) -> list[Level]:
+        table, document = dict(self.file.faults[name]), self.document
+        location: Location = ("faults", name)
+        sizes, together = table.pop("sizes", None), table.pop("together", [])
+        if not isinstance(together, list) or not (sizes is None or (isinstance(sizes, list) and sizes)):
+            lists = "'sizes' is a list of sizes, 'together' a list of further faults; correct that"
+            raise document.error(location, lists)
+        if sizes is not None and "size" in table:
+            raise document.error((*location, "size"), "'size' and 'sizes' state the same; leave one out")
+        others = [fault_of(each, document, (*location, "together", at)) for at, each in enumerate(together)]
+        table.setdefault("name", name)
+        levels = []
+        for at, size in enumerate([None] if sizes is None else sizes):
+            sized = table if size is None else table | {"size": size}
+            faults = (fault_of(sized, document, location), *others)
+            place = {FAULT: name, SIZE: "" if size is None else label(size)}
+            where = location if size is None else (*location, "sizes", at)
+            levels.append(Level(place, {}, where, faults, (sized, *together)))
+        return levels
 
-
-def _product(
-    axes: Sequence[Sequence[Level]], seeds: Sequence[int], document: Document, location: Location
-) -> list[Point]:
-    cells = math.prod(map(len, axes)) * len(seeds)
-    if cells > MOST_CELLS:
-        raise document.error(location, f"with these seeds the matrix has {cells} cells; give at most {MOST_CELLS}")
-    made = []
-    for levels in itertools.product(*axes):
-        place: dict[str, str] = {}
+    def _distinct(self, levels: list[Level]) -> list[Level]:
+        seen: set[tuple[str, ...]] = set()
         for level in levels:
-            place |= level.place
-        made += [Point(place | {SEED: str(seed)}, levels, seed) for seed in seeds]
-    return made
+            key = tuple(level.place.values())
+            if key in seen:
+                twice = f"there are two levels '{' '.join(filter(None, key))}'; take one out"
+                raise self.document.error(level.location, twice)
+            seen.add(key)
+        return levels
 
+    def points(self) -> list[Point]:
+        """All cells, in order; included ones are last."""
+        seeds = self._checked_seeds(self.file.seeds, ("seeds",))
+        found = {_key(point): point for point in self._product(seeds, ("seeds",))}
+        for number, where in enumerate(self.file.exclude):
+            location: Location = ("exclude", number)
+            self.check(where, seeds, location)
+            gone = [key for key, point in found.items() if is_at(point.place, where)]
+            if not gone:
+                raise self.document.error(location, "this excludes no cell that is left; take it out")
+            for key in gone:
+                del found[key]
+        for number, where in enumerate(self.file.include):
+            location = ("include", number)
+            own = self._checked_seeds(where[SEEDS], (*location, SEEDS)) if SEEDS in where else seeds
+            chosen = {axis: level for axis, level in where.items() if axis != SEEDS}
+            self.check(chosen, own, location)
+            for point in self._product(own, location):
+                if is_at(point.place, chosen):
+                    found.setdefault(_key(point), point)
+        if not found:
+            raise self.document.error(("exclude",), "every cell of the matrix is excluded; leave some")
+        return list(found.values())
 
-def _included(
-    where: Mapping[str, object], axes: list[list[Level]], seeds: tuple[int, ...], document: Document, location: Location
-) -> list[Point]:
-    own = where.get(SEEDS)
-    if own is not None:
-        seeds = _checked_seeds(own, (*location, SEEDS), document)
-    chosen = {axis: level for axis, level in where.items() if axis != SEEDS}
-    check_where(chosen, axes, seeds, document, location)
-    return [point for point in _product(axes, seeds, document, location) if is_at(point.place, chosen)]
+    def _product(self, seeds: Sequence[int], location: Location) -> list[Point]:
+        cells = math.prod(map(len, self.axes)) * len(seeds)
+        if cells > MOST_CELLS:
+            most = f"with these seeds the matrix has {cells} cells; give at most {MOST_CELLS}"
+            raise self.document.error(location, most)
+        made = []
+        for levels in itertools.product(*self.axes):
+            place = {axis: name for level in levels for axis, name in level.place.items()}
+            made += [Point(place | {SEED: str(seed)}, levels, seed) for seed in seeds]
+        return made
 
+    def _checked_seeds(self, seeds: Any, location: Location) -> tuple[int, ...]:
+        if isinstance(seeds, Mapping) and set(seeds) == {"first", "count"} and _whole(seeds.values()):
+            seeds = Seeds(**seeds)
+        if isinstance(seeds, Seeds):
+            if seeds.count > MOST_CELLS:
+                raise self.document.error(location, f"these are {seeds.count} seeds; give at most {MOST_CELLS}")
+            seeds = tuple(range(seeds.first, seeds.first + seeds.count))
+        if not isinstance(seeds, list | tuple) or not seeds or not _whole(seeds) or len(set(seeds)) != len(seeds):
+            wanted = "seeds are whole numbers from 0 on, each once: a list, or a table with first and count"
+            raise self.document.error(location, wanted)
+        return tuple(seeds)
 
-def _checked_seeds(seeds: Any, location: Location, document: Document) -> tuple[int, ...]:
-    if isinstance(seeds, Mapping) and set(seeds) == {"first", "count"} and _whole(seeds.values()):
-        seeds = Seeds(**seeds)
-    if isinstance(seeds, Seeds):
-        if seeds.count > MOST_CELLS:
-            raise document.error(location, f"these are {seeds.count} seeds; give at most {MOST_CELLS}")
-        seeds = tuple(range(seeds.first, seeds.first + seeds.count))
-    if not isinstance(seeds, list | tuple) or not seeds or not _whole(seeds) or len(set(seeds)) != len(seeds):
-        raise document.error(
-            location, "seeds are whole numbers from 0 on, each once: a list, or a table with first and count"
-        )
-    return tuple(seeds)
+    def check(self, where: Mapping[str, object], seeds: Sequence[int] | None, location: Location) -> None:
+        """Reject a choice of levels with an unknown axis or level; any seed may be named if `seeds` is None."""
+        known: dict[str, list[str]] = {}
+        for level in itertools.chain(*self.axes):
+            for axis, name in level.place.items():
+                known.setdefault(axis, []).append(name)
+        known[SEED] = [] if seeds is None else [str(seed) for seed in seeds]
+        for axis, wanted in where.items():
+            if axis not in known:
+                unknown = f"no axis is called '{axis}'{nearest(axis, known)}"
+                raise self.document.error((*location, axis), unknown)
+            for name in labels(wanted):
+                if name not in known[axis] and not (axis == SEED and seeds is None):
+                    near = nearest(name, filter(None, known[axis]))
+                    raise self.document.error((*location, axis), f"the axis '{axis}' has no level '{name}'{near}")
 
 
 def _whole(numbers: Iterable[object]) -> bool:
     return all(isinstance(each, int) and not isinstance(each, bool) and each >= 0 for each in numbers)
-
-
-def check_where(
-    where: Mapping[str, object],
-    axes: Iterable[Sequence[Level]],
-    seeds: Sequence[int] | None,
-    document: Document,
-    location: Location,
-) -> None:
-    """Reject a choice of levels with an unknown axis or level."""
-    known: dict[str, list[str]] = {}
-    for level in itertools.chain(*axes):
-        for axis, name in level.place.items():
-            known.setdefault(axis, []).append(name)
-    known[SEED] = [] if seeds is None else [str(seed) for seed in seeds]
-    for axis, wanted in where.items():
-        if axis not in known:
-            raise document.error((*location, axis), f"no axis is called '{axis}'{nearest(axis, known)}")
-        for name in labels(wanted):
-            if name not in known[axis] and not (axis == SEED and seeds is None):
-                near = nearest(name, filter(None, known[axis]))
-                raise document.error((*location, axis), f"the axis '{axis}' has no level '{name}'{near}")
 
 
 def _key(point: Point) -> tuple[str, ...]:

@@ -74,19 +74,16 @@ class Plan:
     def done(self, cell: Cell, store: Store) -> bool:
         """Whether the drive, its recording if it is to be kept, and every verdict exist."""
         drive = store.drive(cell.name, cell.key)
-        if drive is None or not drive["lasting"] or (self.keep and self.lacks_recording(drive, store)):
+        if drive is None or not drive["lasting"]:
+            return False
+        if self.keep and drive["outcome"] != "failed" and not store.has_recording(drive):
             return False
         return drive["outcome"] != "driven" or not self.open_judges(cell, store)
 
-    def lacks_recording(self, drive: Mapping[str, Any], store: Store) -> bool:
-        """Whether a drive has samples that should be kept but are not."""
-        return drive["outcome"] != "failed" and not store.has_recording(drive)
-
     def open_judges(self, cell: Cell, store: Store) -> list[Judge]:
         """Monitors whose verdict is missing, or failed for a reason that may no longer hold."""
-        return [
-            judge for judge in self.judges if not (self.verdict(cell, judge, store) or {"lasting": False})["lasting"]
-        ]
+        verdicts = ((judge, self.verdict(cell, judge, store)) for judge in self.judges)
+        return [judge for judge, verdict in verdicts if verdict is None or not verdict["lasting"]]
 
     def verdict(self, cell: Cell, judge: Judge, store: Store) -> dict[str, Any] | None:
         """Record of a verdict, or None."""
@@ -110,10 +107,8 @@ def drive_key(scenario: Any, known: dict[int, tuple[Any, str]] | None = None) ->
 
 def window_of(windows: Sequence[Mapping[str, Any]]) -> Window | None:
     """Window from the first start to the last end of a drive's faults; None if no fault started."""
-    came = [each for each in windows if each["start"] is not None]
-    if not came:
-        return None
-    return Window(min(float(each["start"]) for each in came), max(float(each["end"]) for each in came))
+    came = [Window(float(each["start"]), float(each["end"])) for each in windows if each["start"] is not None]
+    return Window(min(each.start for each in came), max(each.end for each in came)) if came else None
 
 
 def reference_drives(points: Sequence[Point], same_car: Sequence[str]) -> list[int | None]:
@@ -123,5 +118,4 @@ def reference_drives(points: Sequence[Point], same_car: Sequence[str]) -> list[i
     for number, (point, car) in enumerate(zip(points, cars, strict=True)):
         if point.place[FAULT] == FAULT_FREE:
             first.setdefault(car, number)
-    found = [first.get(car, -1) for car in cars]
-    return [None if reference == number else reference for number, reference in enumerate(found)]
+    return [None if first.get(car) == number else first.get(car, -1) for number, car in enumerate(cars)]

@@ -43,9 +43,6 @@ def _value(value: object) -> str:
     raise TypeError(f"{value!r} cannot be written as TOML")
 
 
-Place = tuple[str, ...]
-
-
 @dataclass
 class Scenes:
     """Builds the scenarios of a campaign; each combination of levels is built and checked once for all seeds."""
@@ -53,7 +50,7 @@ class Scenes:
     file: CampaignFile
     document: Document
     base: Document  # base scenario of all drives
-    _made: dict[Place, Scenario] = field(default_factory=dict)
+    _made: dict[tuple[str, ...], Scenario] = field(default_factory=dict)
 
     @classmethod
     def of(cls, file: CampaignFile, document: Document) -> Scenes:
@@ -72,14 +69,11 @@ class Scenes:
     def scenario(self, point: Point) -> Scenario:
         place = tuple(label for level in point.levels for label in level.place.values())
         if place not in self._made:
-            self._made[place] = self._checked(point)
+            try:
+                self._made[place] = self._built(point.changes(self.file.changes), point.faults, point.tables)
+            except ParameterError as error:
+                raise self._blamed(point, error) from None
         return self._made[place].with_run(seed=point.seed)
-
-    def _checked(self, point: Point) -> Scenario:
-        try:
-            return self._built(point.changes(self.file.changes), point.faults, point.tables)
-        except ParameterError as error:
-            raise self._blamed(point, error) from None
 
     def _blamed(self, point: Point, error: ParameterError) -> ParameterError:
         message = str(error)
@@ -87,12 +81,15 @@ class Scenes:
             return error
         for path, value in self.file.changes.items():
             if alone := self._refused({path: value}, ()):
-                return self.document.error(("changes", path), _bare(alone, self.base))
+                return self.document.error(("changes", path), self._bare(alone))
         for level in point.levels:
             if alone := self._refused({**self.file.changes, **level.changes}, level.faults):
-                return self.document.error(level.location, f"{_called(level)}: {_bare(alone, self.base)}")
+                return self.document.error(level.location, f"{_called(level)}: {self._bare(alone)}")
         names = ", ".join(_called(level) for level in point.levels)
-        return self.document.error(("axes",), f"{names}: {_bare(message, self.base)}")
+        return self.document.error(("axes",), f"{names}: {self._bare(message)}")
+
+    def _bare(self, message: str) -> str:
+        return message.removeprefix(f"{self.base.path}: ")
 
     def _refused(self, changes: Mapping[str, object], faults: tuple[Fault, ...]) -> str:
         try:
@@ -116,7 +113,3 @@ class Scenes:
 
 def _called(level: Level) -> str:
     return ", ".join(f"{axis} '{label}'" for axis, label in level.place.items() if label)
-
-
-def _bare(message: str, base: Document) -> str:
-    return message.removeprefix(f"{base.path}: ")

@@ -34,15 +34,13 @@ MOST_CELLS = 3000  # Largest number of drives listed on the page; the table file
 MOST_LOST = 10  # Largest number of failed drives that the terminal lists
 _GATES = {True: Flag("met", "✓", "good"), False: Flag("missed", "✕", "bad"), None: Flag("not judged", "?", "open")}
 _STATUSES = {
-    "met": ("✓", "good", "All pass criteria are met"),
-    "missed": ("✕", "bad", "A pass criterion is missed"),
-    "not judged": ("?", "open", "Not everything could be judged"),
-    "no gates": ("–", "open", "No pass criteria were set"),
-}
-_ACTIONS = {
-    "missed": "See below which group of drives misses the criterion, and open the report of one of its drives.",
-    "not judged": "See below which drives failed and why; the same command again simulates the missing drives.",
-}
+    "met": ("✓", "good", "All pass criteria are met", ""),
+    "missed": ("✕", "bad", "A pass criterion is missed",
+               "See below which group of drives misses the criterion, and open the report of one of its drives."),
+    "not judged": ("?", "open", "Not everything could be judged",
+                   "See below which drives failed and why; the same command again simulates the missing drives."),
+    "no gates": ("–", "open", "No pass criteria were set", ""),
+}  # fmt: skip
 _SYMBOLS = {"bad": "✕", "open": "?", "good": "✓"}
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)")
 _QUANTILES = {"median": "median", "p95": "95 %", "worst": "worst"}
@@ -101,8 +99,7 @@ def render_campaign(content: Mapping[str, Any]) -> str:
 
 
 def _items(content: Mapping[str, Any]) -> Iterator[Item]:
-    symbol, colour, headline = _STATUSES[content["status"]]
-    action = _ACTIONS.get(content["status"])
+    symbol, colour, headline, action = _STATUSES[content["status"]]
     yield Verdict(
         headline,
         Flag(content["status"], symbol, colour),
@@ -142,18 +139,12 @@ def shown_items(content: Mapping[str, Any]) -> Iterator[Item]:
 
 
 def _gates(content: Mapping[str, Any]) -> Table:
-    rows = [
-        (
-            gate["figure"],
-            place(gate["where"]),
-            gate["monitor"],
-            gate["goal"].replace("<=", "≤").replace(">=", "≥"),
-            seconds(gate["measured"]) if gate["figure"].endswith("_s") else number(value(gate["measured"])),
-            _GATES[gate["met"]],
-            gate["note"],
-        )
-        for gate in content["gates"]
-    ]
+    rows = []
+    for gate in content["gates"]:
+        goal, measured = gate["goal"].replace("<=", "≤").replace(">=", "≥"), gate["measured"]
+        shown_ = seconds(measured) if gate["figure"].endswith("_s") else number(value(measured))
+        over = (gate["figure"], place(gate["where"]), gate["monitor"])
+        rows.append((*over, goal, shown_, _GATES[gate["met"]], gate["note"]))
     return Table("Pass criteria", ("gate", "over", "monitor", "goal", "measured", "met", "rests on"), tuple(rows))
 
 
@@ -345,13 +336,10 @@ def _faults(pools: Sequence[Mapping[str, Any]]) -> dict[str, list[tuple[str, Map
     found: dict[str, list[tuple[str, Mapping[str, Any]]]] = {}
     for pool in pools:
         where, figures = pool["where"], pool["figures"]
-        if set(where) == {"fault"} and figures["faulty"]:
-            found[where["fault"]] = [("", figures)]
-    for pool in pools:
-        where, figures = pool["where"], pool["figures"]
-        if set(where) == {"fault", "size"} and where["fault"] in found:
-            found[where["fault"]] = [*(each for each in found[where["fault"]] if each[0]), (where["size"], figures)]
-    return found
+        sized = set(where) == {"fault", "size"} and where["fault"] in found
+        if sized or (set(where) == {"fault"} and figures["faulty"]):
+            found.setdefault(where["fault"], []).append((where.get("size", ""), figures))
+    return {fault: [each for each in sizes if each[0]] or sizes for fault, sizes in found.items()}
 
 
 def _places(sizes: Sequence[str]) -> tuple[list[Any], str]:
@@ -371,14 +359,12 @@ def box_chart(index: int, states: Mapping[str, Any]) -> Chart | None:
     names = [box["state"] for box in boxes]
     columns = [[factor * value(box[key]) for box in boxes] for key in ("low", "lower", "median", "upper", "high")]
     truth = Points("truth", names, [factor * value(box["truth"]) for box in boxes])
-    rows = [
-        (
-            box["state"],
-            *(f"{number(factor * value(box[key]), 3)} {label}".strip() for key in ("truth", "median")),
-            f"{number(factor * value(box['bias']), 3)} ± {number(factor * value(box['deviation']), 3)} {label}".strip(),
-        )
-        for box in boxes
-    ]
+    rows = []
+    for box in boxes:
+        names_ = ("truth", "median", "bias", "deviation")
+        real, median, bias, deviation = (number(factor * value(box[key]), 3) for key in names_)
+        cells = (f"{each} {label}".strip() for each in (real, median, f"{bias} ± {deviation}"))
+        rows.append((box["state"], *cells))
     panel = Panel("", "", bracketed("estimate", label), (Boxes("estimates", names, *columns), truth))
     return Chart(
         f"estimates-{index}",

@@ -19,40 +19,39 @@ from tierod.core.units import scale
 from tierod_lab.ground.faults.behaviours import AnyBehaviour, Behaviour
 
 
+class _Checked:
+    def __post_init__(self) -> None:
+        check_ranges(self)
+
+
 @dataclass(frozen=True)
 class Always:
     """Trigger at the start of the run."""
 
 
 @dataclass(frozen=True)
-class AtTime:
+class AtTime(_Checked):
     """Trigger at a time of the run."""
 
     time: Annotated[float, "s", NOT_NEGATIVE]
 
-    def __post_init__(self) -> None:
-        check_ranges(self)
-
 
 @dataclass(frozen=True)
-class AtDistance:
+class AtDistance(_Checked):
     """Trigger once the car has travelled a distance along its path."""
 
     distance: Annotated[float, "m", NOT_NEGATIVE]
 
-    def __post_init__(self) -> None:
-        check_ranges(self)
-
 
 @dataclass(frozen=True)
-class Within:
+class Within(_Checked):
     """Trigger at a random time between two, drawn for every seed."""
 
     earliest: Annotated[float, "s", NOT_NEGATIVE]
     latest: Annotated[float, "s", NOT_NEGATIVE]
 
     def __post_init__(self) -> None:
-        check_ranges(self)
+        super().__post_init__()
         if not self.earliest < self.latest:
             raise ParameterError(f"the earliest time, {self.earliest:g} s, is not before the latest, {self.latest:g} s")
 
@@ -78,14 +77,14 @@ _EXAMPLE = "write it like 'vehicle_speed > 36 km/h and |yaw_rate| > 0.1 rad/s'"
 
 
 @dataclass(frozen=True)
-class When:
+class When(_Checked):
     """Trigger once a condition on true signals of the car has held for a time."""
 
     condition: str
     hold: Annotated[float, "s", NOT_NEGATIVE] = 0.0
 
     def __post_init__(self) -> None:
-        check_ranges(self)
+        super().__post_init__()
         if re.search(r"\sfor\s", self.condition):
             raise ParameterError(f"'{self.condition}': give what follows 'for' as 'hold', or the whole as a text")
         _ = self.comparisons
@@ -162,7 +161,7 @@ class Effect:
 
 
 @dataclass(frozen=True)
-class Fault:
+class Fault(_Checked):
     """One fault."""
 
     # a signal ("yaw_rate", both in the recording and where the car's control units read it), a parameter of the car
@@ -177,9 +176,6 @@ class Fault:
     name: str = ""  # short name; made from element and behaviour if empty
     also: tuple[Effect, ...] = ()
     origin: Origin | None = field(default=None, compare=False, repr=False)
-
-    def __post_init__(self) -> None:
-        check_ranges(self)
 
     @property
     def label(self) -> str:
@@ -210,9 +206,7 @@ def resolved(fault: Fault, effect: Effect, unit: str | None) -> AnyBehaviour:
         return behaviour
     document = Document({}, "", Path(fault.label))
     try:
-        known: AnyBehaviour = build(
-            type(behaviour), texts, document, base=behaviour, signal="" if unit is None else unit
-        )
+        known: AnyBehaviour = build(type(behaviour), texts, document, base=behaviour, signal=unit or "")
     except ParameterError as error:
         raise fault.error("size", str(error).removeprefix(f"{document.path}: "), effect) from None
     return known
@@ -223,11 +217,7 @@ def _texts(behaviour: Behaviour) -> dict[str, Any]:
     for each in dataclasses.fields(behaviour):
         value = getattr(behaviour, each.name)
         if isinstance(value, Behaviour):
-            inner = _texts(value)
-            if inner:
-                found[each.name] = inner
-        elif isinstance(value, tuple) and any(isinstance(part, str) for part in value):
-            found[each.name] = list(value)
-        elif isinstance(value, str):
-            found[each.name] = value
+            found |= {each.name: inner} if (inner := _texts(value)) else {}
+        elif isinstance(value, str) or (isinstance(value, tuple) and any(isinstance(part, str) for part in value)):
+            found[each.name] = list(value) if isinstance(value, tuple) else value
     return found

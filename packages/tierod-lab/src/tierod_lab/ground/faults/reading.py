@@ -206,16 +206,13 @@ class _Reader:
             raise self._error("behaviour", f"'behaviour' is missing; choose one of: {', '.join(sorted(BEHAVIOURS))}")
         if isinstance(given, dict) and "size" in self.table:
             given = self._with_size(given, base, unit_without_car(element))
-        place = (*self.location, "behaviour")
-        known: AnyBehaviour = build(
-            AnyBehaviour, given, self.document, place, base=base, signal=unit_without_car(element)
-        )
+        place, unit = (*self.location, "behaviour"), unit_without_car(element)
+        known: AnyBehaviour = build(AnyBehaviour, given, self.document, place, base=base, signal=unit)
         return known
 
     def _with_size(self, given: dict[str, Any], base: object, unit: str | None) -> dict[str, Any]:
-        kind: Any = type(base) if base is not None else None
-        if "kind" in given:
-            kind = BEHAVIOURS.get(str(given["kind"]).replace("_", "-").lower())
+        named = BEHAVIOURS.get(str(given.get("kind")).replace("_", "-").lower())
+        kind: Any = named if "kind" in given else type(base) if base is not None else None
         if kind is None:
             return given
         if kind is Intermittent:
@@ -223,13 +220,12 @@ class _Reader:
             if not isinstance(inner, dict):
                 return given
             return given | {"behaviour": self._with_size(inner, getattr(base, "behaviour", None), unit)}
-        main = kind.main
-        if main is None:
+        if kind.main is None:
             raise self._error("size", f"'{kind_name(kind)}' has no size; leave it out")
-        if main in given:
-            raise self._error("size", f"'size' and '{main}' state the same; leave one out")
-        place = (*self.location, "size")
-        return given | {main: Builder(self.document, unit).value(meaning(hints(kind)[main]), self.table["size"], place)}
+        if kind.main in given:
+            raise self._error("size", f"'size' and '{kind.main}' state the same; leave one out")
+        means, place = meaning(hints(kind)[kind.main]), (*self.location, "size")
+        return given | {kind.main: Builder(self.document, unit).value(means, self.table["size"], place)}
 
     def _trigger(self) -> AnyTrigger:
         given = self.table.get("trigger")
@@ -280,11 +276,9 @@ class _Reader:
             place = (*self.location, "also", number)
             if not isinstance(table, dict):
                 raise self.document.error(place, f"{table!r} has to be a table with 'element' and 'behaviour'")
-            unknown = next((key for key in table if key not in ("element", "behaviour", "size")), None)
-            if unknown is not None:
-                raise self.document.error(
-                    (*place, unknown), f"'{unknown}' is not known here{nearest(unknown, self.KEYS)}"
-                )
+            for key in table:
+                if key not in ("element", "behaviour", "size"):
+                    raise self.document.error((*place, key), f"'{key}' is not known here{nearest(key, self.KEYS)}")
             inner = _Reader(self.document, place, table, None).fault()
             effects.append(Effect(inner.element, inner.behaviour, inner.origin))
         return tuple(effects)

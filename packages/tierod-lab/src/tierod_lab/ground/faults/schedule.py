@@ -92,35 +92,62 @@ _LOOP_RATE = 1000.0  # Sampling rate of the control loops [Hz]
 _EARLY = 1e-9  # Tolerance for rounding of the time of a run [s]
 
 
-class AimedEffect(NamedTuple):
-    """One effect of a fault: a behaviour with amounts in the unit of its targets."""
+class Acting:
+    """One effect of a fault in a run: a behaviour with amounts in the unit of its targets, and its random numbers."""
 
-    behaviour: Behaviour
-    targets: tuple[Target, ...]
+    def __init__(self, active: Active, number: int, behaviour: Behaviour, targets: tuple[Target, ...]):
+        self.active, self.number, self.behaviour, self.targets = active, number, behaviour, targets
+        self.chance = _NO_CHANCE
+
+    def change(self, time: np.ndarray) -> Change:
+        return self.behaviour.change(time - self.active.start, self.chance)
+
+    @property
+    def window(self) -> dict[str, Any]:
+        """Fault name, element, behaviour, start and end [s]; None if the fault did not start."""
+        active = self.active
+        return {
+            "name": active.fault.label,
+            "element": self.targets[0].name,
+            "behaviour": kind_name(type(self.behaviour)),
+            "start": active.start,
+            "end": None if active.start is None else active.end,
+        }
 
 
 class Active:
-    """State of a fault during a run: its window and its random numbers.
+    """State of a fault during a run of a duration [s]: its effects and its window."""
 
-    Args:
-        rates: sampling rate of the target of every effect [Hz]
-    """
-
-    def __init__(self, fault: Fault, effects: tuple[AimedEffect, ...], key: tuple[int, ...], rates: tuple[float, ...]):
-        self.fault, self.effects, self.key, self.rates = fault, effects, key, rates
+    def __init__(self, fault: Fault, reach: Reach, key: tuple[int, ...], seconds: float):
+        self.fault, self.reach, self.key, self.seconds = fault, reach, key, seconds
         self.start: float | None = None
         self.end = np.inf
         self.watch: Watch | None = None
-        self.chances: tuple[Chance, ...] = ()
+        aimed = [_aimed(fault, each, reach, seconds) for each in fault.effects]
+        self.effects = [Acting(self, at, *each) for at, each in enumerate(each for each in aimed if each[1])]
+        if not self.effects:
+            raise fault.error("element", reach.nothing_of(each.element for each in fault.effects))
+        step = getattr(reach.car, "step_time", 0.0)
+        if fault.duration is not None and fault.duration < step:
+            lasts = f"the fault lasts {fault.duration:g} s, less than a step of the car, {step:g} s"
+            raise fault.error("duration", f"{lasts}; let it last longer")
+        if not isinstance(fault.trigger, AtDistance | When):
+            self.begin(_start(fault, key, seconds))
+            return
+        try:
+            self.watch = Watch(fault.trigger, reach)
+        except ParameterError as error:
+            raise fault.error("trigger", str(error)) from None
 
-    def begin(self, start: float, seconds: float) -> None:
-        """Start the fault at a time [s] of a run that ends at another one [s]."""
+    def begin(self, start: float) -> None:
+        """Start the fault at a time [s]."""
         lasts = self.fault.lasts
         self.start, self.watch = start, None
-        self.end = seconds if lasts is None else min(start + lasts, seconds)
-        self.chances = tuple(
-            Chance((*self.key, number), start, self.end - start, rate) for number, rate in enumerate(self.rates)
-        )
+        self.end = self.seconds if lasts is None else min(start + lasts, self.seconds)
+        for effect in self.effects:
+            recorded = [target.name for target in effect.targets if target.role == SIGNAL]
+            rate = self.reach.sensors[recorded[0]].rate if recorded else _LOOP_RATE
+            effect.chance = Chance((*self.key, effect.number), start, self.end - start, rate)
 
     def during(self, time: np.ndarray) -> np.ndarray:
         """Whether the fault is active at given times [s]."""
@@ -128,39 +155,13 @@ class Active:
             return np.zeros(len(time), dtype=bool)
         return (time >= self.start - _EARLY) & (time < self.end - _EARLY)
 
-    def change(self, number: int, time: np.ndarray) -> Change:
-        return self.effects[number].behaviour.change(time - self.start, self.chances[number])
 
-
-def prepared(fault: Fault, reach: Reach, key: tuple[int, ...], seconds: float) -> Active:
-    """Prepare a fault for a run of a duration [s]."""
-    found = (_aimed(fault, each, reach, seconds) for each in fault.effects)
-    effects = tuple(effect for effect in found if effect.targets)
-    if not effects:
-        raise fault.error("element", reach.nothing_of(each.element for each in fault.effects))
-    step = getattr(reach.car, "step_time", 0.0)
-    if fault.duration is not None and fault.duration < step:
-        message = f"the fault lasts {fault.duration:g} s, less than a step of the car, {step:g} s; let it last longer"
-        raise fault.error("duration", message)
-    active = Active(fault, effects, key, tuple(_rate(effect, reach) for effect in effects))
-    trigger = fault.trigger
-    if isinstance(trigger, AtDistance | When):
-        try:
-            active.watch = Watch(trigger, reach)
-        except ParameterError as error:
-            raise fault.error("trigger", str(error)) from None
-    else:
-        active.begin(_start(fault, key, seconds), seconds)
-    return active
-
-
-def _aimed(fault: Fault, effect: Effect, reach: Reach, seconds: float) -> AimedEffect:
+def _aimed(fault: Fault, effect: Effect, reach: Reach, seconds: float) -> tuple[Behaviour, tuple[Target, ...]]:
     try:
         targets = reach.targets(effect.element, effect.behaviour)
-    except MisfitError as error:
-        raise fault.error("behaviour", str(error), effect) from None
     except ParameterError as error:
-        raise fault.error("element", str(error), effect) from None
+        part = "behaviour" if isinstance(error, MisfitError) else "element"
+        raise fault.error(part, str(error), effect) from None
     behaviour = resolved(fault, effect, targets[0].unit) if targets else effect.behaviour
     for target in targets:
         if target.role == SIGNAL:
@@ -170,7 +171,7 @@ def _aimed(fault: Fault, effect: Effect, reach: Reach, seconds: float) -> AimedE
                 raise fault.error("behaviour", str(error), effect) from None
         if target.limits is not None and (wrong := _out_of_range(fault, behaviour, target, seconds)):
             raise fault.error("size", wrong, effect)
-    return AimedEffect(behaviour, targets)
+    return behaviour, targets
 
 
 def _out_of_range(fault: Fault, behaviour: Behaviour, target: Target, seconds: float) -> str:
@@ -199,11 +200,6 @@ def _longest(fault: Fault, seconds: float) -> float:
     return max(min(fault.lasts or seconds, seconds - start), 0.0)
 
 
-def _rate(effect: AimedEffect, reach: Reach) -> float:
-    names = [target.name for target in effect.targets if target.role == SIGNAL]
-    return reach.sensors[names[0]].rate if names else _LOOP_RATE
-
-
 def _start(fault: Fault, key: tuple[int, ...], seconds: float) -> float:
     trigger: Any = fault.trigger
     if isinstance(trigger, Within):
@@ -211,9 +207,8 @@ def _start(fault: Fault, key: tuple[int, ...], seconds: float) -> float:
     else:
         start = latest = trigger.time if isinstance(trigger, AtTime) else 0.0
     if not latest < seconds:
-        raise fault.error(
-            "trigger", f"the fault begins at {latest:g} s, but the run ends at {seconds:g} s; begin earlier"
-        )
+        begins = f"the fault begins at {latest:g} s, but the run ends at {seconds:g} s; begin earlier"
+        raise fault.error("trigger", begins)
     return start
 
 
@@ -225,11 +220,7 @@ class Levels(NamedTuple):
 
 
 class PortCourse:
-    """Gain, offset and hold of a port over the steps of a piece: held where `held` is one, then gain * value + offset.
-
-    Args:
-        time: times of the steps [s]
-    """
+    """Gain, offset and hold of a port over the steps of a piece: held at one, then gain * value + offset."""
 
     def __init__(self, time: np.ndarray):
         self.time = time
@@ -289,13 +280,13 @@ class Schedule:
         self.seconds = seconds
         self._reach = reach or Reach(car, sensors)
         self._faults: list[Active] = []
-        self._before: dict[tuple[Active, int, str], Levels] = {}
+        self._before: dict[tuple[Acting, str], Levels] = {}
         counts: Counter[int] = Counter()
         for fault in faults:
             name = zlib.crc32(fault.label.encode())
             key = (seed, _STREAM, name, counts[name])
             counts[name] += 1
-            self._faults.append(prepared(fault, self._reach, key, seconds))
+            self._faults.append(Active(fault, self._reach, key, seconds))
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -307,25 +298,19 @@ class Schedule:
         """Whether a fault is still waiting for its condition."""
         return any(active.watch is not None for active in self._faults)
 
-    def _targets(self, *roles: str) -> list[tuple[tuple[Active, int], Target]]:
-        return [
-            ((active, number), target)
-            for active in self._faults
-            for number, effect in enumerate(active.effects)
-            for target in effect.targets
-            if target.role in roles
-        ]
+    @property
+    def _effects(self) -> list[Acting]:
+        return [effect for active in self._faults for effect in active.effects]
+
+    def _targets(self, *roles: str) -> list[tuple[Acting, Target]]:
+        return [(effect, target) for effect in self._effects for target in effect.targets if target.role in roles]
 
     def observe(self, time: np.ndarray, outputs: Mapping[str, np.ndarray]) -> None:
-        """Evaluate the conditions of pending faults on a piece of the run; faults start at the next step.
-
-        Args:
-            time: times of the piece [s]
-        """
+        """Evaluate the conditions of pending faults on a piece of the run [s]; faults start at the next step."""
         for active in self._faults:
             if active.watch is not None and active.watch.held(time, outputs):
                 step = float(time[-1] - time[-2]) if len(time) > 1 else getattr(self._reach.car, "step_time", 0.0)
-                active.begin(float(time[-1]) + step, self.seconds)
+                active.begin(float(time[-1]) + step)
 
     def inputs(self, time: np.ndarray, usual: Usual | None = None) -> dict[str, np.ndarray]:
         """Inputs of the car that faults change at the steps of the next piece.
@@ -342,10 +327,10 @@ class Schedule:
             "road.adhesion_left"; each in the shape of `time`
         """
         given = self._through_ports(time)
-        for (active, number), target in self._targets(PARAMETER, SURROUNDING):
-            during = active.during(time)
+        for effect, target in self._targets(PARAMETER, SURROUNDING):
+            during = effect.active.during(time)
             if during.any():
-                change = active.change(number, time[during])
+                change = effect.change(time[during])
                 name = f"parameters.{target.name}" if target.role == PARAMETER else target.name
                 values = given.setdefault(name, _without_fault(target, time, usual))
                 values[during] = change.gain * values[during] + change.offset
@@ -353,53 +338,42 @@ class Schedule:
 
     def _through_ports(self, time: np.ndarray) -> dict[str, np.ndarray]:
         courses: dict[str, PortCourse] = {}
-        for (active, number), target in self._targets(LOOP, ACTUATOR):
-            during, effect = active.during(time), (active, number, target.name)
+        for effect, target in self._targets(LOOP, ACTUATOR):
+            during, place = effect.active.during(time), (effect, target.name)
             if during.any():
                 course = courses.setdefault(target.name, PortCourse(time))
-                change = active.change(number, time[during])
-                self._before[effect] = course.add(during, change, self._before.get(effect, Levels()))
+                change = effect.change(time[during])
+                self._before[place] = course.add(during, change, self._before.get(place, Levels()))
             else:
-                self._before[effect] = courses[target.name].last if target.name in courses else Levels()
+                self._before[place] = courses[target.name].last if target.name in courses else Levels()
         parts = ("gain", "offset", "held")
         return {f"ports.{port}.{part}": getattr(course, part) for port, course in courses.items() for part in parts}
 
     def on_channel(self, name: str, time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        for (active, number), target in self._targets(SIGNAL):
-            during = active.during(time)
+        for effect, target in self._targets(SIGNAL):
+            during = effect.active.during(time)
             if target.name == name and during.any():
-                behaviour, sensor = active.effects[number].behaviour, self._reach.sensors[name]
-                time, values = behaviour.on_channel(time, values, during, sensor, active.chances[number])
+                sensor = self._reach.sensors[name]
+                time, values = effect.behaviour.on_channel(time, values, during, sensor, effect.chance)
         return time, values
 
     @property
     def windows(self) -> tuple[dict[str, Any], ...]:
         """Fault name, element, behaviour, start and end [s] of every effect; None if the fault did not start."""
-        return tuple(_window(active, effect) for active in self._faults for effect in active.effects)
+        return tuple(effect.window for effect in self._effects)
 
     @property
     def provenance(self) -> tuple[dict[str, Any], ...]:
         """Complete description of every effect: window, behaviour with all numbers in SI units, and trigger."""
         return tuple(
-            _window(active, effect)
+            effect.window
             | {
                 "targets": [f"{target.role} {target.name}" for target in effect.targets],
                 "behaviour": described(effect.behaviour),
-                "trigger": trigger_table(active.fault.trigger),
+                "trigger": trigger_table(effect.active.fault.trigger),
             }
-            for active in self._faults
-            for effect in active.effects
+            for effect in self._effects
         )
-
-
-def _window(active: Active, effect: AimedEffect) -> dict[str, Any]:
-    return {
-        "name": active.fault.label,
-        "element": effect.targets[0].name,
-        "behaviour": kind_name(type(effect.behaviour)),
-        "start": active.start,
-        "end": None if active.start is None else active.end,
-    }
 
 
 def _without_fault(target: Target, time: np.ndarray, usual: Usual | None) -> np.ndarray:
