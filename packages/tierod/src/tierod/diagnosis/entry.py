@@ -16,10 +16,7 @@ from tierod.diagnosis.trouble_codes import TroubleCode
 
 
 class CodeStatus(IntFlag):
-    """Status bits of a trouble code.
-
-    Source: ISO 14229-1:2020, annex D.2, DTC status bits.
-    """
+    """Status bits of a trouble code. Source: ISO 14229-1:2020, annex D.2, DTC status bits."""
 
     TEST_FAILED = 0x01  # The latest completed test failed
     FAILED_THIS_CYCLE = 0x02  # A test failed in this operation cycle

@@ -118,10 +118,7 @@ _CODE = re.compile(r"([PCBU])([0-3])([0-9A-F]{3})-([0-9A-F]{2})")
 
 @dataclass(frozen=True)
 class TroubleCode:
-    """One trouble code.
-
-    Source: two bytes of code, ISO 15031-6; third byte, failure type of SAE J2012-DA.
-    """
+    """One trouble code. Source: two bytes of code, ISO 15031-6; third byte, failure type of SAE J2012-DA."""
 
     code: str  # letter of the system, four digits, and failure type, as in "C1A01-92"
     meaning: str
@@ -179,8 +176,6 @@ class TroubleCode:
 
 @dataclass(frozen=True)
 class TroubleCodes:
-    """A table of trouble codes."""
-
     codes: Mapping[str, TroubleCode]  # by name, in the order of the table
     identifiers: Mapping[str, int]  # data identifier of each signal in a freeze frame, 0 to 65535, by canonical name
 

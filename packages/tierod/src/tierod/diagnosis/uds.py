@@ -21,10 +21,7 @@ EXTENDED = {1: "occurrences", 2: "counter", 3: "failed_cycles", 4: "passed_cycle
 
 
 def answer(memory: FaultMemory, request: bytes) -> bytes:
-    """Response of a control unit with this memory to a request.
-
-    Source: ISO 14229-1:2020, 12.2 and 12.3.
-    """
+    """Response of a control unit with this memory to a request. Source: ISO 14229-1:2020, 12.2 and 12.3."""
     service = request[0] if request else 0
     if service == CLEAR:
         return _cleared(memory, request)

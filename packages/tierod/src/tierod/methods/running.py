@@ -109,7 +109,6 @@ class Moments:
         return math.sqrt(self.products[second, second] / self.products[first, first]) if least > 0.0 else math.nan
 
     def deviation(self, signal: int = 0) -> float:
-        """Standard deviation of a signal."""
         return math.sqrt(self.products[signal, signal] / self.count) if self.count else math.nan
 
 

@@ -217,9 +217,9 @@ class AutomatedVehicle:
     A step first updates the tyre deflections, then motion and steering under the forces of the new deflections, which
     is stable at standstill too; rack and column are one body, since their gear is stiff.
 
-    Validity: forward driving below the limit of grip; steer of up to 0.4 rad at the road wheels.
-    Source: Li, Frey, Gauterin, eqs (1), (2), (13), corrected: the connection force turns the column by the rack ratio,
-    which is printed as its reciprocal; tyres, friction and loss of torque beyond the paper.
+    Validity: forward driving below the limit of grip; steer of up to 0.4 rad at the road wheels. Source: Li, Frey,
+    Gauterin, eqs (1), (2), (13), corrected: the connection force turns the column by the rack ratio, which is printed
+    as its reciprocal; tyres, friction and loss of torque beyond the paper.
     """
 
     State: TypeAlias = AutomatedState

@@ -10,7 +10,17 @@ import numpy as np
 
 from tierod.core.block import Model, Tree, named_tuple, skeleton, units
 from tierod.core.errors import ParameterError, nearest
-from tierod.models.linear import LinearSystem, Matrices, as_model, linearise, sampled
+from tierod.models.linear import (
+    TOLERANCE,
+    LinearSystem,
+    Matrices,
+    as_model,
+    balance,
+    describe,
+    linearise,
+    modes,
+    sampled,
+)
 from tierod.models.steering_column import ColumnInput, ColumnOutput
 
 DERIVATIVES = ("", "_rate", "_acceleration")  # Suffixes of the state names of an input and its derivatives
@@ -104,10 +114,9 @@ def observed_column(
 ) -> ColumnObservation:
     """A column with the torque of the hands and the disturbance torque as states.
 
-    Source: Raffone, eqs (8) and (18), where both torques are random walks.
-
-    Args: column: continuous, with the inputs of `ColumnInput`; reduced or not; sample_time: sampling interval [s];
-    offset: sensor with an offset, "driver_torque" or "motor_angle_mechanical"; None for neither.
+    Source: Raffone, eqs (8) and (18), where both torques are random walks. Args: column: continuous, with the inputs of
+    `ColumnInput`; reduced or not; sample_time: sampling interval [s]; offset: sensor with an offset, "driver_torque" or
+    "motor_angle_mechanical"; None for neither.
     """
     orders = {"hand_torque": hand_torque_order, "disturbance_torque": disturbance_torque_order}
     extended = with_outputs(with_disturbance_states(column, orders), outputs)
@@ -152,3 +161,45 @@ def _unit(name: str) -> str:
 
 
 _TORQUES = ColumnInput._fields
+
+
+# Eigenvalues below this share of the fastest count as zero [-]: rounding splits a multiple eigenvalue at zero, such as
+# that of an angle under a constant torque, by as much
+SPLIT = 1e-4
+_ZERO = 1e-10
+
+
+def require_fit(system: LinearSystem, what: str, sample_time: float) -> None:
+    """Check that a continuous model does not grow, is observable, and is slow enough to be sampled exactly.
+
+    Eigenvalues at zero, as of angles without a spring and of constant disturbances, pass; a vibration must stay below
+    half the sample rate.
+    """
+    scale = balance(system.A)
+    values, vectors = np.linalg.eig(system.A * scale / scale[:, None])
+    size = np.abs(values)
+    worst = int(np.argmax(np.where(size < SPLIT * size.max(), np.minimum(values.real, 0.0), values.real)))
+    if values[worst].real > _ZERO * size.max() and size[worst] >= SPLIT * size.max():
+        raise ParameterError(
+            f"{what} is unstable: eigenvalue {values[worst]:.4g} 1/s in {_where(vectors[:, worst], system)}; check the "
+            "signs of its stiffnesses and dampings, and that no inertia is zero or below"
+        )
+    fastest = int(np.argmax(np.abs(values.imag)))
+    if (frequency := abs(values[fastest].imag)) * sample_time >= np.pi:
+        raise ParameterError(
+            f"{what} is too fast for its rate: eigenvalue {values[fastest]:.4g} 1/s ({frequency / (2.0 * np.pi):.3g} "
+            f"Hz) in {_where(vectors[:, fastest], system)}; samples every {sample_time:g} s alias it to a slower one. "
+            f"Step it at most {np.pi / frequency:.2g} s, or leave that mode out"
+        )
+    if (hidden := modes(system)[0]).margin < TOLERANCE:
+        raise ParameterError(
+            f"{what} cannot be observed through {', '.join(system.outputs) or 'no output'}: not observable: "
+            f"{describe(hidden.direction, system.states)}; add an output by which it is observable, or leave that "
+            "state out"
+        )
+
+
+def _where(vector: np.ndarray, system: LinearSystem) -> str:
+    sizes = np.abs(vector)
+    order = [int(k) for k in np.argsort(-sizes) if sizes[k] > 0.3 * sizes.max()]
+    return ", ".join(system.states[k] for k in order)

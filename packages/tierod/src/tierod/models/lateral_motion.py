@@ -152,8 +152,6 @@ class Roll(NamedTuple):
 
 
 class Steering(NamedTuple):
-    """Mean steer of the road wheels, its rate, and dry friction over its level."""
-
     road_wheel_angle: Annotated[float, "rad"]
     road_wheel_rate: Annotated[float, "rad/s"]
     friction_share: Annotated[float, ""]

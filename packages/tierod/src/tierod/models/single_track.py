@@ -8,24 +8,15 @@ from typing import Annotated, ClassVar, NamedTuple
 from tierod.core.block import Scalar
 from tierod.core.fields import POSITIVE
 from tierod.core.graph.maths import Number, arctan, exp, maximum, sqrt
-from tierod.physics.motion import (
-    front_slip_speed,
-    lateral_acceleration,
-    lateral_acceleration_at,
-    lateral_acceleration_of_turning,
-    rear_slip_speed,
-    steady_yaw_gain,
-    understeer_gradient,
-    yaw_acceleration,
-)
+from tierod.physics import motion
 from tierod.physics.tyre import linear_lateral_force
 
 
 class SingleTrack:
     """Lateral motion of a vehicle at small slip angles: one front and one rear axle, linear tyres.
 
-    Validity: |lateral acceleration| below about 4 m/s^2 on a dry road, vehicle_speed above about 3 m/s.
-    Source: Mohtat et al., the model behind eqs (1) and (3); C_f and C_r are values of an axle, not of a wheel.
+    Validity: |lateral acceleration| below about 4 m/s^2 on a dry road, vehicle_speed above about 3 m/s. Source: Mohtat
+    et al., the model behind eqs (1) and (3); C_f and C_r are values of an axle, not of a wheel.
     """
 
     class State(NamedTuple):
@@ -55,22 +46,22 @@ class SingleTrack:
     def derivative(x: State, u: Input, p: Parameters) -> State:
         """Rates of the sideslip angle and of the yaw rate, from eq (3) and linear axle forces."""
         front, rear = SingleTrack.axle_forces(x, u, p)
-        sideslip_rate = lateral_acceleration(front, rear, p.mass) / u.vehicle_speed - x.yaw_rate
+        sideslip_rate = motion.lateral_acceleration(front, rear, p.mass) / u.vehicle_speed - x.yaw_rate
         return SingleTrack.State(
-            sideslip_rate, yaw_acceleration(front, rear, p.yaw_inertia, p.front_distance, p.rear_distance)
+            sideslip_rate, motion.yaw_acceleration(front, rear, p.yaw_inertia, p.front_distance, p.rear_distance)
         )
 
     @staticmethod
     def output(x: State, u: Input, p: Parameters) -> Output:
         front, rear = SingleTrack.axle_forces(x, u, p)
-        return SingleTrack.Output(x.yaw_rate, lateral_acceleration(front, rear, p.mass))
+        return SingleTrack.Output(x.yaw_rate, motion.lateral_acceleration(front, rear, p.mass))
 
     @staticmethod
     def axle_forces(x: State, u: Input, p: Parameters) -> tuple[Scalar, Scalar]:
         """Lateral forces of the front and the rear axle [N], positive in a left turn."""
         speed, lateral_speed = u.vehicle_speed, u.vehicle_speed * x.sideslip_angle
-        front = front_slip_speed(lateral_speed, x.yaw_rate, speed, u.road_wheel_angle, p.front_distance) / speed
-        rear = rear_slip_speed(lateral_speed, x.yaw_rate, p.rear_distance) / speed
+        front = motion.front_slip_speed(lateral_speed, x.yaw_rate, speed, u.road_wheel_angle, p.front_distance) / speed
+        rear = motion.rear_slip_speed(lateral_speed, x.yaw_rate, p.rear_distance) / speed
         return (
             linear_lateral_force(front, p.front_cornering_stiffness),
             linear_lateral_force(rear, p.rear_cornering_stiffness),
@@ -79,10 +70,10 @@ class SingleTrack:
     @staticmethod
     def steady_yaw_gain(speed: Number, p: Parameters) -> Number:
         """Yaw rate per road-wheel angle [1/s] in a steady turn at a speed [m/s]."""
-        gradient = understeer_gradient(
+        gradient = motion.understeer_gradient(
             p.mass, p.front_distance, p.rear_distance, p.front_cornering_stiffness, p.rear_cornering_stiffness
         )
-        return steady_yaw_gain(speed, p.front_distance + p.rear_distance, gradient)
+        return motion.steady_yaw_gain(speed, p.front_distance + p.rear_distance, gradient)
 
 
 LEAST_SPEED = 1.0  # Smallest speed in denominators [m/s]
@@ -104,8 +95,8 @@ class RollingCar:
     """The sampled model.
 
     Validity: forward driving, equal slip on both sides of an axle, linear tyres, any steer of rolling wheels; any
-    drive, brake and road slope.
-    Source: kinematics of the rear axle; Li, Frey, Gauterin, eq (7), with the understeer of a linear single track.
+    drive, brake and road slope. Source: kinematics of the rear axle; Li, Frey, Gauterin, eq (7), with the understeer of
+    a linear single track.
     """
 
     class State(NamedTuple):
@@ -208,7 +199,7 @@ class RollingCar:
         half_turn = 0.5 * p.track_width * (1.0 + x.track_width_error) * x.yaw_rate
         difference = p.wheel_speed_difference + x.wheel_speed_difference
         steer = road_wheel_angle(x, p) / p.steering_ratio
-        across = lateral_acceleration_of_turning(x.speed, x.yaw_rate, 0.0)
+        across = motion.lateral_acceleration_of_turning(x.speed, x.yaw_rate, 0.0)
         along = x.acceleration - p.rear_distance * x.yaw_rate * x.yaw_rate
         rear = p.wheel_speed_scale * (1.0 + x.rear_slip)
         front = p.wheel_speed_scale * (1.0 + x.front_slip + x.front_wheel_speed_scale)
@@ -221,7 +212,7 @@ class RollingCar:
             front * (1.0 - 0.5 * x.front_wheel_speed_difference) * rolling_speed(x.speed - half_turn, sideways),
             front * (1.0 + 0.5 * x.front_wheel_speed_difference) * rolling_speed(x.speed + half_turn, sideways),
             along + p.longitudinal_acceleration_offset + x.grade_acceleration,
-            lateral_acceleration_at(across, x.yaw_acceleration, x.yaw_rate, p.rear_distance)
+            motion.lateral_acceleration_at(across, x.yaw_acceleration, x.yaw_rate, p.rear_distance)
             + p.lateral_acceleration_offset
             + x.bank_acceleration,
         )
@@ -242,7 +233,7 @@ def road_wheel_angle(x: RollingCar.State, p: RollingCar.Parameters) -> Scalar:
         (p.front_distance, p.rear_distance),
         (p.front_cornering_stiffness, p.rear_cornering_stiffness),
     )
-    gradient = understeer_gradient(p.mass, *distances, *stiffness)
+    gradient = motion.understeer_gradient(p.mass, *distances, *stiffness)
     coming = x.yaw_rate + p.turn_in * x.yaw_acceleration
     rolling = arctan(sum(distances) * coming / maximum(x.speed, LEAST_SPEED))
     return (1.0 + x.steering_scale) * rolling + (gradient + x.understeer_error) * x.speed * coming

@@ -41,8 +41,6 @@ class MotorParameters:
 
 @dataclass(frozen=True)
 class SampledMotorParameters(MotorParameters):
-    """Parameters of the motor, and the sampling interval."""
-
     # of the modulation [s]; a tenth of the electrical time constant or shorter
     sample_time: Annotated[float, "s"] = 1e-4
 
@@ -53,10 +51,10 @@ class StatorFrameMotor:
     No quantity is transformed to rotor axes with a measured angle, so that a fault of the angle sensor has no effect.
     While the motor stands, the angle is not observable from the currents; given increments change it.
 
-    Validity: no magnetic saturation; midpoint rule, for electrical speeds up to 0.3 rad per sample.
-    Voltages are means over the sample that ends. Source: Reinelt et al., eqs (17), (18) and (16), the latter with the
-    torque of `electromagnetic_torque`; for a salient motor eqs (12), (13) in the stator's axes; load, resistance and
-    flux as states are additions.
+    Validity: no magnetic saturation; midpoint rule, for electrical speeds up to 0.3 rad per sample. Voltages are means
+    over the sample that ends. Source: Reinelt et al., eqs (17), (18) and (16), the latter with the torque of
+    `electromagnetic_torque`; for a salient motor eqs (12), (13) in the stator's axes; load, resistance and flux as
+    states are additions.
     """
 
     class State(NamedTuple):
@@ -141,8 +139,6 @@ def _ahead(
 
 @dataclass(frozen=True, kw_only=True)
 class CommandedMotorParameters(SampledMotorParameters):
-    """A motor, and its inverter."""
-
     # voltage loss of a phase by dead time and semiconductors, far above the knee [V]
     inverter_voltage_loss: Annotated[float, "V"]
     # current below which the loss of a phase is in proportion to its current [A]

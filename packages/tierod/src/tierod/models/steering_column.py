@@ -14,8 +14,6 @@ from tierod.physics.steering import gear_coupling_torque, torsion_bar_torque
 
 @dataclass(frozen=True)
 class SteeringWheelParameters:
-    """A steering wheel and the torque of the hands on it."""
-
     steering_wheel_inertia: Annotated[float, "kg*m**2"]  # J_sw [kg m^2]
     steering_wheel_damping: Annotated[float, "N*m*s/rad"]  # beta_sw, to the housing [N m s/rad]
     torque_offset: Annotated[float, "N*m"] = 0.0  # of the measured torque of the bar [N m]
@@ -144,8 +142,6 @@ class Actuator:
 
 
 class ColumnInput(NamedTuple):
-    """Torques on a column."""
-
     motor_torque: Annotated[float, "N*m"]  # electromagnetic torque at the motor's shaft, T_M2
     hand_torque: Annotated[float, "N*m"]  # of the driver's hands on the steering wheel, T_driver
     # opposing torque at the motor's shaft, T_C: dry friction, torque from the rack
@@ -178,10 +174,10 @@ class ColumnParameters:
 class SteeringColumn:
     """Linear column: steering wheel, gear and motor, coupled by the torsion bar and an elastic gear.
 
-    Validity: the gear has no backlash, the bar is within its stops; dry friction is an external disturbance.
-    Source: Raffone, eqs (1) to (3) and (7). Corrected: the ratio belongs to the coupling torque in (2), whose sign in
-    (3) is the restoring one; the third row of A holds k* tau and -(k_shaft + k* tau^2); y and C name the outputs in
-    different orders, here in that of y. The torque of the bar is positive towards left here, as the driver feels it.
+    Validity: the gear has no backlash, the bar is within its stops; dry friction is an external disturbance. Source:
+    Raffone, eqs (1) to (3) and (7). Corrected: the ratio belongs to the coupling torque in (2), whose sign in (3) is
+    the restoring one; the third row of A holds k* tau and -(k_shaft + k* tau^2); y and C name the outputs in different
+    orders, here in that of y. The torque of the bar is positive towards left here, as the driver feels it.
     """
 
     class State(NamedTuple):
@@ -222,8 +218,6 @@ class SteeringColumn:
 
 @dataclass(frozen=True)
 class ColumnWithFrictionParameters(ColumnParameters):
-    """A column with dry friction at the motor."""
-
     motor_friction: Annotated[float, "N*m"]  # level, at the motor's shaft, T_c [N m]
     motor_friction_stiffness: Annotated[float, "N*m/rad"]  # initial stiffness of its build-up, sigma [N m/rad]
 
@@ -231,8 +225,8 @@ class ColumnWithFrictionParameters(ColumnParameters):
 class ColumnWithFriction:
     """The column with Dahl's friction at the motor.
 
-    Validity: as `SteeringColumn`. The friction is smooth except for a kink where the motor reverses.
-    Source: Raffone, eqs (1) to (4), corrected as in `SteeringColumn`; (4) is exact for its exponent of one only.
+    Validity: as `SteeringColumn`. The friction is smooth except for a kink where the motor reverses. Source: Raffone,
+    eqs (1) to (4), corrected as in `SteeringColumn`; (4) is exact for its exponent of one only.
     """
 
     class State(NamedTuple):
@@ -286,8 +280,8 @@ class TwoInertiaParameters:
 class TwoInertiaColumn:
     """Steering wheel and motor on one spring: the column without the mode of its gear.
 
-    Validity: below some 50 Hz; the mode of the gear, at 112 Hz in the paper's column, is neglected.
-    Source: Raffone, eqs (12) and (13), with the torque of the spring as measured torque.
+    Validity: below some 50 Hz; the mode of the gear, at 112 Hz in the paper's column, is neglected. Source: Raffone,
+    eqs (12) and (13), with the torque of the spring as measured torque.
     """
 
     class State(NamedTuple):
@@ -321,11 +315,10 @@ class TwoInertiaColumn:
 def without_gear(column: ColumnParameters, spring: str = "series") -> TwoInertiaParameters:
     """The two-inertia column of a column: the gear turns with the motor, and its inertia is the motor's.
 
-    Source: Raffone, eqs (9) to (11). Corrected: two springs in series give 1/k = 1/k_shaft + 1/(k* tau^2).
-
-    Args: spring: "series" keeps the compliance of the gear, and the frequency of the column within 1 %; "torsion bar"
-    follows strictly from (9); "printed" adds k*/tau to the bar as in (11), which has no mechanical meaning and is
-    harmless only while the gear stiffness is that at the motor's shaft.
+    Source: Raffone, eqs (9) to (11). Corrected: two springs in series give 1/k = 1/k_shaft + 1/(k* tau^2). Args:
+    spring: "series" keeps the compliance of the gear, and the frequency of the column within 1 %; "torsion bar" follows
+    strictly from (9); "printed" adds k*/tau to the bar as in (11), which has no mechanical meaning and is harmless only
+    while the gear stiffness is that at the motor's shaft.
     """
     if spring not in SPRINGS:
         raise ParameterError(f"spring is '{spring}'; expected {', '.join(SPRINGS)}")

@@ -1,4 +1,15 @@
-"""Dry friction by Coulomb and Dahl, and linear motions solved exactly over a sample."""
+"""Dry friction by Coulomb and Dahl, and linear motions solved exactly over a sample.
+
+Arguments, unless a function says otherwise: angle_increment [rad], without reversal inside; dahl_angle: level over
+initial stiffness [rad], positive; damping [N*m*s/rad], zero or above; deviation: its stationary standard deviation [its
+unit]; direction: sign of the rate [-]; elapsed: time since the step over the time constant [-]; zero or above;
+exponent: alpha, shape of the build-up [-]; 1 exponential, below 1 steeper, above 1 longer tail; inertia [kg*m**2],
+above zero; lag: time constant [s]; zero or above; level: friction torque while moving [N*m]; normalised: friction
+torque over its level before the increment [-]; output: of the lag at the start [unit of the input]; rate: angular rate
+[rad/s]; sensitivity: dh / d ln(dahl_angle) before the increment [-]; step: sampling interval [s]; time: sampling
+interval [s], above zero; width: rate at which 76 % of the level is reached [rad/s]; a smaller one lets a filter
+chatter, with a larger one the model creeps at low rates.
+"""
 
 from __future__ import annotations
 
@@ -22,11 +33,8 @@ class Lagged(NamedTuple):
 def lagged_ramp(before: Scalar, after: Scalar, output: Scalar, lag: Scalar, time: Scalar) -> Lagged:
     """Response of a first-order lag to a ramp, exact.
 
-    Validity: time constants below `SHORTEST` are replaced by it.
-    Source: solution of lag * y' = u - y with u on a straight line; its mean is that of u - lag * y'.
-
-    Args: output: of the lag at the start [unit of the input]; lag: time constant [s]; zero or above; time: sampling
-    interval [s], above zero.
+    Validity: time constants below `SHORTEST` are replaced by it. Source: solution of lag * y' = u - y with u on a
+    straight line; its mean is that of u - lag * y'.
     """
     lag = maximum(lag, SHORTEST)
     behind = (after - before) * (lag / time)
@@ -38,8 +46,6 @@ def share_reached(elapsed: Number) -> Number:
     """Share of a step that the output of a first-order lag has reached.
 
     Source: solution of lag * y' = u - y with constant u.
-
-    Args: elapsed: time since the step over the time constant [-]; zero or above.
     """
     return -expm1(-elapsed)
 
@@ -76,9 +82,7 @@ def damped_rotation(inertia: Scalar, damping: Scalar, time: Scalar) -> DampedRot
     """Transition of a damped rotation under a constant torque, exact.
 
     Validity: a damping that takes less than `LEAST_DAMPING` of the rate over the time is replaced by one that does.
-    Source: solution of inertia * angle'' = torque - damping * angle'.
-
-    Args: inertia [kg*m**2], above zero; damping [N*m*s/rad], zero or above; time [s], above zero.
+    Source: solution of inertia * angle'' = torque - damping * angle'. Args: time [s], above zero.
     """
     damping = maximum(damping, LEAST_DAMPING * inertia / time)
     kept = exp(-damping * time / inertia)
@@ -91,9 +95,6 @@ def smooth_coulomb(rate: Scalar, level: Scalar, width: Scalar) -> Scalar:
     """Dry friction torque [N*m] smoothed by a hyperbolic tangent, so that it has a derivative.
 
     Validity: rates well above the width; creeps at standstill.
-
-    Args: rate: angular rate [rad/s]; level: friction torque while moving [N*m]; width: rate at which 76 % of the level
-    is reached [rad/s]; a smaller one lets a filter chatter, with a larger one the model creeps at low rates.
     """
     return level * tanh(rate / width)
 
@@ -101,9 +102,7 @@ def smooth_coulomb(rate: Scalar, level: Scalar, width: Scalar) -> Scalar:
 def viscous(rate: Number, damping: Scalar) -> Number:
     """Viscous friction torque [N*m].
 
-    Source: Mohtat et al., eq (2), term Beq theta'.
-
-    Args: rate: angular rate [rad/s]; damping: torque per rate [N*m*s/rad].
+    Source: Mohtat et al., eq (2), term Beq theta'. Args: damping: torque per rate [N*m*s/rad].
     """
     return damping * rate
 
@@ -111,12 +110,9 @@ def viscous(rate: Number, damping: Scalar) -> Number:
 def dahl_slope(normalised: Scalar, direction: Scalar, dahl_angle: Scalar, exponent: Scalar = 1.0) -> Scalar:
     """Derivative of the normalised Dahl friction with respect to the angle [1/rad].
 
-    Source: Dahl, AIAA J. 14 (1976) 1675: dT/dtheta = sigma |1 - (T/Tf) sgn|^alpha sgn(1 - (T/Tf) sgn);
-    Raffone, eq (4), prints alpha = 1 only and is exact for that value alone.
-
-    Args: normalised: friction torque over its level, x = T/Tf [-], within -1 to 1; direction: sign of the rate [-];
-    dahl_angle: angle over which friction builds up, level over initial stiffness [rad], positive; exponent: alpha,
-    shape of the build-up [-]; 1 exponential, below 1 steeper, above 1 longer tail.
+    Source: Dahl, AIAA J. 14 (1976) 1675: dT/dtheta = sigma |1 - (T/Tf) sgn|^alpha sgn(1 - (T/Tf) sgn); Raffone, eq (4),
+    prints alpha = 1 only and is exact for that value alone. Args: normalised: friction torque over its level, x = T/Tf
+    [-], within -1 to 1; dahl_angle: angle over which friction builds up, level over initial stiffness [rad], positive.
     """
     gap = 1.0 - normalised * direction
     return power(maximum(absolute(gap), 1e-300), exponent) * sign(gap) / dahl_angle
@@ -126,9 +122,6 @@ def dahl_update(normalised: Scalar, angle_increment: Number, dahl_angle: Scalar)
     """Normalised Dahl friction [-] after an angle increment in one direction, exact for exponent 1.
 
     Source: solution of Dahl's equation with alpha = 1: h <- s + (h - s) exp(-|d theta|/angle), s = sgn(d theta).
-
-    Args: normalised: friction torque over its level before the increment [-]; angle_increment [rad], without reversal
-    inside; dahl_angle: level over initial stiffness [rad], positive.
     """
     direction = sign(angle_increment)
     return direction + (normalised - direction) * exp(-absolute(angle_increment) / dahl_angle)
@@ -138,9 +131,6 @@ def dahl_mean(normalised: Scalar, angle_increment: Scalar, dahl_angle: Scalar) -
     """Mean of the normalised Dahl friction [-] over an angle increment in one direction, exact for exponent 1.
 
     Source: `dahl_update` integrated over the increment: s + (h - s) (1 - exp(-a)) / a, a = |d theta|/angle.
-
-    Args: normalised: friction torque over its level before the increment [-]; angle_increment [rad], without reversal
-    inside; dahl_angle: level over initial stiffness [rad], positive.
     """
     direction = sign(angle_increment)
     travel = absolute(angle_increment) / dahl_angle
@@ -154,11 +144,8 @@ def dahl_sensitivity_update(
 ) -> Scalar:
     """Derivative [-] of the normalised Dahl friction with respect to ln(dahl_angle), after an angle increment.
 
-    Source: derivative of `dahl_update`: g <- exp(-a) (g + (h - s) a), a = |d theta|/angle.
-
-    Args: sensitivity: dh / d ln(dahl_angle) before the increment [-]; normalised: friction torque over its level
-    *before* the increment [-]; angle_increment [rad], without reversal inside; dahl_angle: level over initial stiffness
-    [rad], positive.
+    Source: derivative of `dahl_update`: g <- exp(-a) (g + (h - s) a), a = |d theta|/angle. Args: normalised: friction
+    torque over its level *before* the increment [-].
     """
     travel = absolute(angle_increment) / dahl_angle
     return exp(-travel) * (sensitivity + (normalised - sign(angle_increment)) * travel)
@@ -181,8 +168,6 @@ def finite_build_up(state: BuildUp, angle_increment: Scalar, dahl_angle: Scalar)
     """Build-up with exponent 1/2: the level is reached after a finite travel, as with uniformly distributed bristles.
 
     Source: solution of Dahl's equation (`tierod.physics.friction.dahl_slope`): sqrt(u) falls by a / 2.
-
-    Args: angle_increment [rad], without reversal inside; dahl_angle: level over initial stiffness [rad], positive.
     """
     direction, travel, gap, change = _gap(state, angle_increment, dahl_angle)
     root = sqrt(gap)
@@ -197,8 +182,6 @@ def exponential_build_up(state: BuildUp, angle_increment: Scalar, dahl_angle: Sc
     """Build-up with exponent 1, the most common law: u falls as exp(-a).
 
     Source: `tierod.physics.friction.dahl_update` and its sensitivity.
-
-    Args: angle_increment [rad], without reversal inside; dahl_angle: level over initial stiffness [rad], positive.
     """
     return BuildUp(
         dahl_update(state.level, angle_increment, dahl_angle),
@@ -210,8 +193,6 @@ def long_build_up(state: BuildUp, angle_increment: Scalar, dahl_angle: Scalar) -
     """Build-up with exponent 2, with a long tail: u falls as 1 / (1 + a u) and hardly ever reaches zero.
 
     Source: solution of Dahl's equation (`tierod.physics.friction.dahl_slope`).
-
-    Args: angle_increment [rad], without reversal inside; dahl_angle: level over initial stiffness [rad], positive.
     """
     direction, travel, gap, change = _gap(state, angle_increment, dahl_angle)
     shrink = 1.0 / (1.0 + travel * gap)
@@ -222,10 +203,7 @@ def long_build_up(state: BuildUp, angle_increment: Scalar, dahl_angle: Scalar) -
 def build_ups(
     states: tuple[BuildUp, BuildUp, BuildUp], angle_increment: Scalar, dahl_angle: Scalar
 ) -> tuple[BuildUp, BuildUp, BuildUp]:
-    """The three laws side by side: finite, exponential and long, in this order.
-
-    Args: angle_increment [rad], without reversal inside; dahl_angle: level over initial stiffness [rad], positive.
-    """
+    """The three laws side by side: finite, exponential and long, in this order."""
     finite, exponential, long = states
     return (
         finite_build_up(finite, angle_increment, dahl_angle),

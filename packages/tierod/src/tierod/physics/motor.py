@@ -1,4 +1,15 @@
-"""Permanent-magnet motor: Clarke and Park transforms, inverter, flux, current, torque, temperature."""
+"""Permanent-magnet motor: Clarke and Park transforms, inverter, flux, current, torque, temperature.
+
+Arguments, unless a function says otherwise: angle: any number of turns [rad]; current [A]; damping: viscous, b_M
+[N*m*s/rad]; dead_time: between the switches of a leg [s]; duty_cycles: share of the period for which each phase is
+connected to the upper rail [-]; flux: linkage of the magnets [V*s]; forward_drop: of switch and diode, mean [V];
+inductance: of both axes [H]; inductance_d, inductance_q: along and across the rotor flux [H]; inertia: of the rotor,
+J_M [kg*m**2]; knee_current: below it the loss of a phase falls in proportion to its current, since that current charges
+the parasitic capacitances [A], positive; load_torque: opposing, with dry friction [N*m]; mechanical_angle: of the shaft
+[rad]; period: of the modulation [s]; phases: currents [A] or voltages [V]; pole_pairs: z_p [-]; reference: resistance
+at 20 degrees Celsius [ohm]; resistance: of a phase [ohm]; speed: mechanical [rad/s]; supply_voltage: of the DC link
+[V]; temperature: of the winding [K]; torque: electromagnetic [N*m]; voltage [V].
+"""
 
 from __future__ import annotations
 
@@ -12,8 +23,6 @@ from tierod.core.graph.maths import Number, cos, floor, limit, sin
 def wrapped(angle: Scalar) -> Scalar:
     """Angle wrapped to half a turn on either side of zero [rad].
 
-    Args: angle: any number of turns [rad].
-
     Returns:
         from -pi (included) to pi (excluded) [rad]
     """
@@ -24,8 +33,6 @@ _SQRT_3 = 3.0**0.5
 
 
 class PhaseValues(NamedTuple, Generic[Number]):
-    """One number per phase."""
-
     a: Number
     b: Number
     c: Number
@@ -53,10 +60,7 @@ class Direction(NamedTuple, Generic[Number]):
 
 
 def electrical_angle(mechanical_angle: Scalar, pole_pairs: Scalar) -> Scalar:
-    """Electrical angle [rad] of a rotor.
-
-    Args: mechanical_angle: of the shaft [rad]; pole_pairs: z_p [-].
-    """
+    """Electrical angle [rad] of a rotor."""
     return pole_pairs * mechanical_angle
 
 
@@ -81,8 +85,6 @@ def clarke(phases: PhaseValues[Number]) -> StatorVector[Number]:
     """Phase values in the stator's axes, amplitude-invariant; the zero sequence drops out.
 
     Source: Reinelt et al., eqs (5) to (7), to which this is equal where the phases add up to zero.
-
-    Args: phases: currents [A] or voltages [V].
     """
     return StatorVector((2.0 * phases.a - phases.b - phases.c) / 3.0, (phases.b - phases.c) / _SQRT_3)
 
@@ -97,10 +99,7 @@ def inverse_clarke(vector: StatorVector[Number]) -> PhaseValues[Number]:
 
 
 def park(vector: StatorVector[Number], rotor: Direction[Number]) -> RotorVector[Number]:
-    """A vector in the rotor's axes.
-
-    Source: Reinelt et al., eqs (8) and (9), where theta is the electrical angle.
-    """
+    """A vector in the rotor's axes. Source: Reinelt et al., eqs (8) and (9), where theta is the electrical angle."""
     return RotorVector(
         vector.alpha * rotor.cosine + vector.beta * rotor.sine,
         vector.beta * rotor.cosine - vector.alpha * rotor.sine,
@@ -108,10 +107,7 @@ def park(vector: StatorVector[Number], rotor: Direction[Number]) -> RotorVector[
 
 
 def inverse_park(vector: RotorVector[Number], rotor: Direction[Number]) -> StatorVector[Number]:
-    """A vector in the stator's axes.
-
-    Source: Reinelt et al., eqs (10) and (11), where theta is the electrical angle.
-    """
+    """A vector in the stator's axes. Source: Reinelt et al., eqs (10) and (11), where theta is the electrical angle."""
     return StatorVector(
         vector.d * rotor.cosine - vector.q * rotor.sine,
         vector.d * rotor.sine + vector.q * rotor.cosine,
@@ -134,11 +130,7 @@ def lost_voltage(
     """Mean voltage [V] by which dead time and voltage drops of the semiconductors reduce the commanded one.
 
     Source: Choi and Sul, IEEE Trans. Power Electronics 11 (1996) 221: every phase loses (V_dc t_d / T + V_drop) sgn(i),
-    with the sign made continuous around zero; a loss common to all phases drops out.
-
-    Args: current: into the motor [A]; supply_voltage: of the DC link [V]; dead_time: between the switches of a leg [s];
-    period: of the modulation [s]; forward_drop: of switch and diode, mean [V]; knee_current: below it the loss of a
-    phase falls in proportion to its current, since that current charges the parasitic capacitances [A], positive.
+    with the sign made continuous around zero; a loss common to all phases drops out. Args: current: into the motor [A].
     """
     loss = supply_voltage * dead_time / period + forward_drop
     signs = phase_signs(current, knee_current)
@@ -160,9 +152,6 @@ def commanded_voltage(duty_cycles: PhaseValues, supply_voltage: Scalar) -> Stato
 
     Source: Holmes and Lipo, Pulse Width Modulation for Power Converters (2003), ch. 5. A voltage common to all legs
     drops out at the star point; the loss by dead time and semiconductors is `lost_voltage`.
-
-    Args: duty_cycles: share of the period for which each phase is connected to the upper rail [-]; supply_voltage: of
-    the DC link [V].
     """
     return clarke(PhaseValues(*(duty * supply_voltage for duty in duty_cycles)))
 
@@ -175,9 +164,7 @@ REFERENCE_TEMPERATURE = 293.15  # Temperature to which stated resistances and fl
 def back_emf_constant(pole_pairs: Scalar, flux: Scalar) -> Scalar:
     """Voltage per mechanical speed, c_M [V*s/rad].
 
-    Source: Reinelt et al., below eq (14): c_M = z_p psi.
-
-    Args: pole_pairs: z_p [-]; flux: linkage of the magnets, psi [V*s].
+    Source: Reinelt et al., below eq (14): c_M = z_p psi. Args: flux: linkage of the magnets, psi [V*s].
     """
     return pole_pairs * flux
 
@@ -186,9 +173,7 @@ def torque_constant(pole_pairs: Scalar, flux: Scalar) -> Scalar:
     """Torque per current in the q axis, K_t [N*m/A].
 
     Source: 3/2 c_M for amplitude-invariant vectors; Reinelt et al., eqs (14) and (16), print c_M itself, which holds
-    for power-invariant ones only.
-
-    Args: pole_pairs: z_p [-]; flux: linkage of the magnets, psi [V*s].
+    for power-invariant ones only. Args: flux: linkage of the magnets, psi [V*s].
     """
     return 1.5 * back_emf_constant(pole_pairs, flux)
 
@@ -198,11 +183,7 @@ def electromagnetic_torque(
 ) -> Scalar:
     """Torque [N*m] of a motor with or without saliency, on its shaft.
 
-    Source: Krause, Wasynczuk, Sudhoff, Analysis of Electric Machinery, ch. 4:
-    3/2 z_p (psi i_q + (L_d - L_q) i_d i_q).
-
-    Args: current [A]; pole_pairs: z_p [-]; flux: linkage of the magnets [V*s]; inductance_d, inductance_q: along and
-    across the rotor flux [H].
+    Source: Krause, Wasynczuk, Sudhoff, Analysis of Electric Machinery, ch. 4: 3/2 z_p (psi i_q + (L_d - L_q) i_d i_q).
     """
     return 1.5 * pole_pairs * (flux + (inductance_d - inductance_q) * current.d) * current.q
 
@@ -211,8 +192,6 @@ def stator_flux_rate(voltage: StatorVector, current: StatorVector, resistance: S
     """Rate of the stator's flux linkage [V], in the stator's axes.
 
     Source: Reinelt et al., eqs (17) and (18), where theta is the electrical angle.
-
-    Args: voltage [V]; current [A]; resistance: of a phase [ohm].
     """
     return StatorVector(voltage.alpha - resistance * current.alpha, voltage.beta - resistance * current.beta)
 
@@ -231,9 +210,6 @@ def current_rate(
     """Rate of the current [A/s] in the rotor's axes.
 
     Source: Reinelt et al., eqs (12) and (13), where theta is the mechanical angle.
-
-    Args: current [A]; voltage [V]; speed: mechanical [rad/s]; resistance: of a phase [ohm]; inductance_d, inductance_q:
-    along and across the rotor flux [H]; flux: linkage of the magnets [V*s]; pole_pairs: z_p [-].
     """
     electrical_speed = pole_pairs * speed
     d = voltage.d - resistance * current.d + electrical_speed * inductance_q * current.q
@@ -255,9 +231,6 @@ def stator_current_rate(
     """Rate of the current [A/s] in the stator's axes, for a motor without saliency.
 
     Source: Reinelt et al., eqs (17) and (18), differentiated, where theta is the electrical angle.
-
-    Args: current [A]; voltage [V]; speed: mechanical [rad/s]; resistance: of a phase [ohm]; inductance: of both axes
-    [H]; flux: linkage of the magnets [V*s]; pole_pairs: z_p [-].
     """
     back_emf = back_emf_constant(pole_pairs, flux) * speed
     driving = stator_flux_rate(voltage, current, resistance)
@@ -281,9 +254,6 @@ def salient_stator_current_rate(
     """Rate of the current [A/s] in the stator's axes, for a motor with or without saliency.
 
     Source: `current_rate` in axes that turn with the rotor: d/dt(e^(j theta) i) = e^(j theta) (di/dt + j omega i).
-
-    Args: current [A]; voltage [V]; speed: mechanical [rad/s]; resistance: of a phase [ohm]; inductance_d, inductance_q:
-    along and across the rotor flux [H]; flux: linkage of the magnets [V*s]; pole_pairs: z_p [-].
     """
     own = current_rate(
         park(current, rotor),
@@ -303,9 +273,6 @@ def rotor_acceleration(torque: Scalar, load_torque: Scalar, speed: Scalar, inert
     """Mechanical acceleration of the rotor [rad/s**2].
 
     Source: Reinelt et al., eqs (14) and (16), with the electromagnetic torque in place of c_M I_sq.
-
-    Args: torque: electromagnetic [N*m]; load_torque: opposing, with dry friction [N*m]; speed: mechanical [rad/s];
-    inertia: of the rotor, J_M [kg*m**2]; damping: viscous, b_M [N*m*s/rad].
     """
     return (torque - damping * speed - load_torque) / inertia
 
@@ -314,8 +281,6 @@ def resistance_at(temperature: Number, reference: Scalar) -> Number:
     """Resistance of a copper winding at a temperature [ohm].
 
     Validity: 200 to 500 K. Source: IEC 60034-1, 235 K rule, written for 20 degrees.
-
-    Args: temperature: of the winding [K]; reference: resistance at 20 degrees Celsius [ohm].
     """
     return reference * (1.0 + COPPER * (temperature - REFERENCE_TEMPERATURE))
 
@@ -323,8 +288,7 @@ def resistance_at(temperature: Number, reference: Scalar) -> Number:
 def flux_at(temperature: Number, reference: Scalar) -> Number:
     """Flux linkage of the magnets [V*s] at a temperature, without irreversible demagnetisation.
 
-    Validity: sintered NdFeB, 230 to 420 K.
-
-    Args: temperature: of the magnets [K]; reference: flux at 20 degrees Celsius [V*s].
+    Validity: sintered NdFeB, 230 to 420 K. Args: temperature: of the magnets [K]; reference: flux at 20 degrees Celsius
+    [V*s].
     """
     return reference * (1.0 + NEODYMIUM * (temperature - REFERENCE_TEMPERATURE))

@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 
 from tierod.core.graph import scan
-from tierod.methods.analysis.observability import observability
 from tierod.methods.identification.bench_recording import BenchParameters
 from tierod.methods.identification.column_fit import ColumnFit, Fitted, WheelMotion, wheel_side
 from tierod.models.column_observation import linear_column, with_outputs
@@ -19,7 +18,7 @@ from tierod.models.steering_column import SteeringColumn
 from tierod_lab.ground.cars.benches import Acting, BenchPorts, ColumnBench
 from tierod_lab.ground.courses.bench import BenchSweep
 from tierod_lab.ground.parts import NO_FAULT
-from tierod_lab.methods.ranks import observability_matrix, pbh_rank, scaled_rank, unscaled_rank
+from tierod_lab.methods.ranks import observability, observability_matrix, pbh_rank, scaled_rank, unscaled_rank
 from tierod_lab.papers.column.columns import EIGENVALUES, SETS, extended, gain_of_bar, reduced_columns, vibrations
 from tierod_lab.papers.column.identified_bench import bench, experiments, recorded, truth
 from tierod_lab.papers.column.swept_bench import NOISE, STEP

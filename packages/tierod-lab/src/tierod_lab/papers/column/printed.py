@@ -10,11 +10,16 @@ import numpy as np
 from tierod.core.block import Scalar, Tree
 from tierod.core.errors import ParameterError, nearest
 from tierod.core.graph.maths import present, where
-from tierod.methods.analysis.observability import require_fit
 from tierod.methods.estimators.kernels import pack, plus, product, times
 from tierod.methods.estimators.observers import stationary_gain
 from tierod.methods.estimators.shapes import leaf_values
-from tierod.models.column_observation import MotorTorque, linear_column, observed_column, with_disturbance_states
+from tierod.models.column_observation import (
+    MotorTorque,
+    linear_column,
+    observed_column,
+    require_fit,
+    with_disturbance_states,
+)
 from tierod.models.linear import LinearSystem
 from tierod.models.steering_column import ColumnOutput, ColumnParameters, TwoInertiaColumn, without_gear
 from tierod.monitors.driver_torque.design import ColumnTuning, linear_of
@@ -99,13 +104,7 @@ class PrintedObserver:
         """
         system = reduced(parameters, column)
         observed = observed_column(system, sample_time, 1, 1)
-        require_fit(
-            observed.continuous,
-            f"the column ({column})",
-            stable="marginal",
-            observable=True,
-            sample_time=sample_time,
-        )
+        require_fit(observed.continuous, f"the column ({column})", sample_time)
         walks = {
             "hand_torque": noises.hand_torque_walk**2 * sample_time,
             "disturbance_torque": noises.disturbance_torque_walk**2 * sample_time,

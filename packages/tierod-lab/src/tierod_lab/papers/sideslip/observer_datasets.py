@@ -6,11 +6,11 @@ import dataclasses
 
 import numpy as np
 
-from tierod.methods.analysis.observability import observability
 from tierod.models.linear import LinearSystem, linearise
 from tierod.physics.motion import front_slip_speed
 from tierod.physics.tyre import linear_lateral_force
 from tierod_lab.ground import courses
+from tierod_lab.methods.ranks import observability
 from tierod_lab.papers.sideslip.drives import (
     CARS,
     FAST,

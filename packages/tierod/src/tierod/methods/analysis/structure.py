@@ -139,8 +139,6 @@ def _refuse_unknown(given: Collection[str], known: Collection[str]) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Isolability:
-    """Detectability and isolability of faults."""
-
     faults: tuple[str, ...]  # names, in the order of rows and columns
     detectable: np.ndarray
     # whether the fault of the column explains everything that the fault of the row causes; true on the diagonal. A set
@@ -188,10 +186,8 @@ def isolability(model: StructuralModel, at_once: int = 1) -> Isolability:
     Fault A is isolable from B if its equation is still in the overdetermined part after that of B is removed. Only
     minimal explanations count: A and B together explain whatever A causes, but are no explanation of A.
 
-    Source: Krysander, Frisk, Sensor placement for fault diagnosis, IEEE Trans. SMC A 38 (2008), section III.
-
-    Args: at_once: largest number of simultaneous faults; with 2, rows and columns are single faults and pairs ("A +
-    B").
+    Source: Krysander, Frisk, Sensor placement for fault diagnosis, IEEE Trans. SMC A 38 (2008), section III. Args:
+    at_once: largest number of simultaneous faults; with 2, rows and columns are single faults and pairs ("A + B").
     """
     sets = [each for size in range(1, at_once + 1) for each in combinations(model.faults, size)]
     left = {each: _faults_of(overdetermined(_without(model, each))) for each in sets}

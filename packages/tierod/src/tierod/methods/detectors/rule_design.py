@@ -92,8 +92,6 @@ RULES = ("cusum", "hold", "threshold")  # Names of the rules that a user can cho
 
 @dataclass(frozen=True)
 class Designed:
-    """A rule with its threshold."""
-
     rule: StoppingRule
     threshold: float
     samples: float  # wanted mean number of samples between false alarms

@@ -13,24 +13,7 @@ from tierod.core.block import Model, Scalar, Tree, Truth, rebuild, require_discr
 from tierod.core.errors import ParameterError
 from tierod.core.graph.analysis import jacobian
 from tierod.core.graph.maths import maximum, present, where
-from tierod.methods.estimators.kernels import (
-    Correction,
-    Matrix,
-    Noise,
-    Vector,
-    clean_mask,
-    consider,
-    correct,
-    diagonal,
-    from_diagonal,
-    held_covariance,
-    masked_mean,
-    plus,
-    predict_covariance,
-    quadratic,
-    unmasked_start,
-    usable,
-)
+from tierod.methods.estimators import kernels
 from tierod.methods.estimators.shapes import (
     Belief,
     check_mean,
@@ -49,17 +32,17 @@ COVARIANCE_UPDATES = ("schmidt", "printed")
 class Prediction(NamedTuple):
     """The predicted estimate of a sample, before its measurements."""
 
-    mean: Vector
-    covariance: Vector
-    points: Sequence[Vector] = ()  # sigma points for the correction, if the filter uses them
+    mean: kernels.Vector
+    covariance: kernels.Vector
+    points: Sequence[kernels.Vector] = ()  # sigma points for the correction, if the filter uses them
 
 
 class Innovations(NamedTuple):
     """Innovations of measurements against a prediction."""
 
-    rows: Matrix  # Jacobian of the outputs with respect to the state, m rows of n
-    residuals: Vector  # measured minus expected output, (m,); NaN where missing
-    known: Vector  # variance of each expected output, (m,)
+    rows: kernels.Matrix  # Jacobian of the outputs with respect to the state, m rows of n
+    residuals: kernels.Vector  # measured minus expected output, (m,); NaN where missing
+    known: kernels.Vector  # variance of each expected output, (m,)
 
 
 @dataclass(frozen=True)
@@ -79,8 +62,8 @@ class KalmanFilter:
     An estimate is `mean` and `variance` after the sample, `innovation` (measured minus expected from the past; NaN
     where missing) and `innovation_variance`, `nis` (over the outputs present) and `present`, their number.
 
-    Source: R. E. Kalman, 1960, doi 10.1115/1.3662552; masks after S. F. Schmidt, 1966, and Mohtat et al., Table 3;
-    gate after Chang, Journal of Geodesy 88 (2014) 391, for each measurement alone.
+    Source: R. E. Kalman, 1960, doi 10.1115/1.3662552; masks after S. F. Schmidt, 1966, and Mohtat et al., Table 3; gate
+    after Chang, Journal of Geodesy 88 (2014) 391, for each measurement alone.
     """
 
     model: Model  # discrete model (`State`, `Input`, `Output`, `transition`, `output`)
@@ -132,7 +115,7 @@ class KalmanFilter:
 
     def init(self) -> Belief:
         mean = rebuild(skeleton(self.model.State), leaf_values(self.initial_mean))
-        return Belief(mean, from_diagonal(leaf_values(self.initial_variance)))
+        return Belief(mean, kernels.from_diagonal(leaf_values(self.initial_variance)))
 
     def step(
         self,
@@ -153,28 +136,28 @@ class KalmanFilter:
         noise = leaf_values(self.measurement_noise if measurement_noise is None else measurement_noise)
         predicted = self._predict(state, sample.input, process, entering)
         mask = self._mask(sample)
-        start = unmasked_start(predicted.mean, mask)
+        start = kernels.unmasked_start(predicted.mean, mask)
         correction, innovation, spread = self._correct(predicted, sample, noise, start)
-        mean = masked_mean(predicted.mean, correction.shift, mask)
+        mean = kernels.masked_mean(predicted.mean, correction.shift, mask)
         after = correction.covariance
         if self.covariance_update == "schmidt":
-            after = consider(predicted.covariance, after, mask)
+            after = kernels.consider(predicted.covariance, after, mask)
         nis, count = correction.nis, correction.present
-        whole = usable(leaf_values(sample.input)) if self.hold_missing_input else True
+        whole = kernels.usable(leaf_values(sample.input)) if self.hold_missing_input else True
         if whole is not True:
             mean = _select(whole, mean, leaf_values(state.mean))
-            after = _select(whole, after, held_covariance(state.covariance, process))
+            after = _select(whole, after, kernels.held_covariance(state.covariance, process))
             nis, count = where(whole, nis, 0.0), where(whole, count, 0.0)
         belief = Belief(rebuild(state.mean, mean), after)
         return belief, self._estimate(belief, innovation, spread, nis, count)
 
-    def _predict(self, state: Belief, inputs: Tree, process: Noise, entering: Noise) -> Prediction:
+    def _predict(self, state: Belief, inputs: Tree, process: kernels.Noise, entering: kernels.Noise) -> Prediction:
         def transition(mean: Tree) -> Tree:
             return self.model.transition(mean, inputs, self.parameters)
 
         rows = jacobian(transition, state.mean)
         gain, variances = self._noise_gain(state.mean, inputs, entering)
-        covariance = predict_covariance(rows, state.covariance, process, gain, variances)
+        covariance = kernels.predict_covariance(rows, state.covariance, process, gain, variances)
         return Prediction(leaf_values(transition(state.mean)), covariance)
 
     def innovations(self, predicted: Prediction, sample: Tree) -> Innovations:
@@ -186,41 +169,43 @@ class KalmanFilter:
         at = rebuild(skeleton(self.model.State), predicted.mean)
         rows = jacobian(output, at)
         pairs = zip(leaf_values(sample.measured), leaf_values(output(at)), strict=True)
-        known = [quadratic(row, predicted.covariance) for row in rows]
+        known = [kernels.quadratic(row, predicted.covariance) for row in rows]
         return Innovations(rows, tuple(measured - expected for measured, expected in pairs), known)
 
-    def bounded_noise(self, noise: Vector, known: Vector, innovation: Vector) -> Vector:
+    def bounded_noise(self, noise: kernels.Vector, known: kernels.Vector, innovation: kernels.Vector) -> kernels.Vector:
         """Noise variance of every measurement, raised where its innovation lies beyond the gate."""
         if self.gate is None:
             return noise
         return tuple(_widened(self.gate, *each) for each in zip(noise, known, innovation, strict=True))
 
     def _correct(
-        self, predicted: Prediction, sample: Tree, noise: Vector, start: Vector
-    ) -> tuple[Correction, Vector, Vector]:
+        self, predicted: Prediction, sample: Tree, noise: kernels.Vector, start: kernels.Vector
+    ) -> tuple[kernels.Correction, kernels.Vector, kernels.Vector]:
         rows, innovation, known = self.innovations(predicted, sample)
         noise = self.bounded_noise(noise, known, innovation)
-        spread = tuple(plus(each, value) for each, value in zip(known, noise, strict=True))
-        return correct(predicted.covariance, rows, innovation, noise, start), innovation, spread
+        spread = tuple(kernels.plus(each, value) for each, value in zip(known, noise, strict=True))
+        return kernels.correct(predicted.covariance, rows, innovation, noise, start), innovation, spread
 
     def _mask(self, sample: Tree) -> tuple[Truth, ...]:
         given = dict(zip(self.maskable, leaf_values(sample.enabled), strict=True)) if self.maskable else {}
-        return clean_mask([given.get(name, True) for name in leaf_names(self.model.State)])
+        return kernels.clean_mask([given.get(name, True) for name in leaf_names(self.model.State)])
 
-    def _noise_gain(self, mean: Tree, inputs: Tree, entering: Noise) -> tuple[Matrix, Vector]:
+    def _noise_gain(self, mean: Tree, inputs: Tree, entering: kernels.Noise) -> tuple[kernels.Matrix, kernels.Vector]:
         if self.input_noise is None or all(variance is None for variance in entering):
             return (), ()
         noisy = {k: variance for k, variance in enumerate(entering) if variance is not None}
         rows = jacobian(lambda at: self.model.transition(mean, at, self.parameters), inputs)
         return [[row[k] for k in noisy] for row in rows], list(noisy.values())
 
-    def _estimate(self, belief: Belief, innovation: Vector, spread: Vector, nis: Scalar, count: Scalar) -> Tree:
+    def _estimate(
+        self, belief: Belief, innovation: kernels.Vector, spread: kernels.Vector, nis: Scalar, count: Scalar
+    ) -> Tree:
         extra = belief.covariance if self.full_covariance else ()
-        variance = diagonal(belief.covariance)
+        variance = kernels.diagonal(belief.covariance)
         return filled(self.Estimate, leaf_values(belief.mean), variance, innovation, spread, (nis, count), extra)
 
 
-def _select(condition: Truth, taken: Vector, otherwise: Vector) -> tuple[Scalar, ...]:
+def _select(condition: Truth, taken: kernels.Vector, otherwise: kernels.Vector) -> tuple[Scalar, ...]:
     return tuple(where(condition, a, b) for a, b in zip(taken, otherwise, strict=True))
 
 

@@ -110,10 +110,7 @@ def congruence(matrix: Matrix, packed: Vector) -> tuple[Scalar, ...]:
 
 
 def scaled_congruence(matrix: Matrix, weights: Vector) -> tuple[Scalar, ...]:
-    """G diag(q) G', packed.
-
-    Args: weights: q, m values; 0.0 leaves the column out.
-    """
+    """G diag(q) G', packed. Args: weights: q, m values; 0.0 leaves the column out."""
     scaled = [[times(entry, weight) for entry, weight in zip(row, weights, strict=True)] for row in matrix]
     return tuple(dot(scaled[i], matrix[j]) for i, j in upper(len(matrix)))
 

@@ -117,7 +117,6 @@ def observe(model: Model, parameters: Tree, gain: Gain, state: Tree, sample: Tre
 
 
 def check_gain(model: Model, gain: Gain, initial_mean: Tree) -> None:
-    """Check the shapes of a gain and an initial mean."""
     states, outputs = leaf_names(model.State), leaf_names(model.Output)
     if len(gain) != len(states) or any(len(row) != len(outputs) for row in gain):
         raise ParameterError(

@@ -78,7 +78,6 @@ def estimate_class(model: Model, with_covariance: bool) -> type:
 
 
 def check_variances(what: str, values: Tree, names: tuple[str, ...], positive: bool = False) -> None:
-    """Check length and values of a tuple of variances."""
     flat = leaf_values(values)
     if len(flat) != len(names):
         raise ParameterError(f"{what} has {len(flat)} values; expected {len(names)}, one each for {', '.join(names)}")
@@ -90,7 +89,6 @@ def check_variances(what: str, values: Tree, names: tuple[str, ...], positive: b
 
 
 def check_mean(values: Tree, names: tuple[str, ...]) -> None:
-    """Check length and values of an initial mean."""
     flat = leaf_values(values)
     if len(flat) != len(names):
         raise ParameterError(f"initial_mean needs {len(names)} values, one each for {', '.join(names)}")
@@ -100,7 +98,6 @@ def check_mean(values: Tree, names: tuple[str, ...]) -> None:
 
 
 def check_names(what: str, given: tuple[str, ...], known: tuple[str, ...]) -> None:
-    """Check that given names are names of states."""
     for name in given:
         if name not in known:
             raise ParameterError(f"{what} names '{name}', which is not a state{nearest(name, known)}")

@@ -12,19 +12,7 @@ import numpy as np
 from tierod.core.block import Model, Scalar, Tree, named_tuple, rebuild, require_discrete, skeleton
 from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import all_of, exp, greatest_of, present, select, where
-from tierod.methods.estimators.kernels import (
-    Matrix,
-    Vector,
-    add,
-    diagonal,
-    dot,
-    pack,
-    plus,
-    product,
-    times,
-    unpack,
-    usable,
-)
+from tierod.methods.estimators import kernels
 from tierod.methods.estimators.observers import Gain, Noises, check_gain, stationary_gain
 from tierod.methods.estimators.shapes import estimate_class, filled, leaf_values, sample_class
 from tierod.models.linear import LinearSystem
@@ -52,24 +40,24 @@ class Mixing(NamedTuple):
     weights: tuple[tuple[Scalar, ...], ...]
 
 
-def mixing(probabilities: Vector, switching: Switching) -> Mixing:
+def mixing(probabilities: kernels.Vector, switching: Switching) -> Mixing:
     """First step of the interaction: predicted probabilities and mixing weights.
 
     Source: Blom and Bar-Shalom, IEEE Trans. Automatic Control 33 (1988) 780, doi 10.1109/9.1299.
     """
     count = len(switching)
-    predicted = tuple(dot(probabilities, [row[j] for row in switching]) for j in range(count))
+    predicted = tuple(kernels.dot(probabilities, [row[j] for row in switching]) for j in range(count))
     weights = tuple(
         tuple(probabilities[i] * switching[i][j] / predicted[j] for i in range(count)) for j in range(count)
     )
     return Mixing(predicted, weights)
 
 
-def weighed(weights: Vector, vectors: Matrix) -> tuple[Scalar, ...]:
-    return tuple(dot(weights, column) for column in zip(*vectors, strict=True))
+def weighed(weights: kernels.Vector, vectors: kernels.Matrix) -> tuple[Scalar, ...]:
+    return tuple(kernels.dot(weights, column) for column in zip(*vectors, strict=True))
 
 
-def posterior(predicted: Vector, log_likelihoods: Vector) -> tuple[Scalar, ...]:
+def posterior(predicted: kernels.Vector, log_likelihoods: kernels.Vector) -> tuple[Scalar, ...]:
     """Probability of each model after the sample; the largest likelihood is scaled to 1, so that none underflows."""
     best = greatest_of(*log_likelihoods)
     shares = [prior * exp(value - best) for prior, value in zip(predicted, log_likelihoods, strict=True)]
@@ -77,13 +65,15 @@ def posterior(predicted: Vector, log_likelihoods: Vector) -> tuple[Scalar, ...]:
     return tuple(share * scale for share in shares)
 
 
-def mixture_variance(weights: Vector, mean: Vector, means: Matrix, variances: Matrix) -> tuple[Scalar, ...]:
+def mixture_variance(
+    weights: kernels.Vector, mean: kernels.Vector, means: kernels.Matrix, variances: kernels.Matrix
+) -> tuple[Scalar, ...]:
     """Variance of every entry of a mixture; for missing entries (NaN) the mean variance of the parts."""
     total: list[Scalar] = [0.0] * len(mean)
     for weight, part, spread in zip(weights, means, variances, strict=True):
         for k, (a, b, variance) in enumerate(zip(part, mean, spread, strict=True)):
             away = where(present(a), a - b, 0.0)
-            total[k] = plus(total[k], times(weight, variance + away * away))
+            total[k] = kernels.plus(total[k], kernels.times(weight, variance + away * away))
     return tuple(total)
 
 
@@ -95,8 +85,6 @@ class BankState(NamedTuple):
 
 
 class StationaryNoise(NamedTuple):
-    """Gain and covariances of a stationary filter of a bank."""
-
     gain: Gain  # of the filter, rows by state, columns by output
     covariance: tuple[float, ...]  # packed, of the estimate
     innovation_covariance: tuple[float, ...]  # packed
@@ -140,7 +128,6 @@ class StationaryBank:
         measurement_noise: Noises,
         switching: Switching,
     ) -> StationaryBank:
-        """The bank of a discrete linear system and its model."""
         if not process_noises:
             raise ParameterError("process_noises is empty; expected the noise of at least one filter")
         noises = tuple(stationary_noise(system, noise, measurement_noise) for noise in process_noises)
@@ -174,39 +161,46 @@ class StationaryBank:
         for noise, weights in zip(self.noises, origin.weights, strict=True):
             predicted, innovation = self._predicted(weighed(weights, state.means), sample)
             used = [where(present(value), value, 0.0) for value in innovation]
-            means.append(add(predicted, product(noise.gain, used)))
+            means.append(kernels.add(predicted, kernels.product(noise.gain, used)))
             innovations.append(innovation)
-            scores.append(where(complete, dot(used, product(unpack(noise.information), used)), 0.0))
+            scores.append(
+                where(complete, kernels.dot(used, kernels.product(kernels.unpack(noise.information), used)), 0.0)
+            )
         likelihoods = [
             where(complete, -0.5 * (score + noise.log_determinant), 0.0)
             for score, noise in zip(scores, self.noises, strict=True)
         ]
         after = BankState(tuple(means), posterior(origin.predicted, likelihoods))
         count: Scalar = sum(where(present(value), 1.0, 0.0) for value in measured)
-        whole = usable(leaf_values(sample.input))
+        whole = kernels.usable(leaf_values(sample.input))
         if whole is not True:
             after = select(whole, after, state)
             count = where(whole, count, 0.0)
             scores = [where(whole, score, 0.0) for score in scores]
         return after, self._estimate(after, origin.predicted, innovations, scores, count)
 
-    def _predicted(self, mean: Vector, sample: Tree) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
+    def _predicted(self, mean: kernels.Vector, sample: Tree) -> tuple[tuple[Scalar, ...], tuple[Scalar, ...]]:
         at = self.model.transition(rebuild(skeleton(self.model.State), mean), sample.input, self.parameters)
         expected = leaf_values(self.model.output(at, sample.input, self.parameters))
         return leaf_values(at), tuple(y - z for y, z in zip(leaf_values(sample.measured), expected, strict=True))
 
     def _estimate(
-        self, state: BankState, predicted: Vector, innovations: Matrix, scores: Vector, count: Scalar
+        self,
+        state: BankState,
+        predicted: kernels.Vector,
+        innovations: kernels.Matrix,
+        scores: kernels.Vector,
+        count: Scalar,
     ) -> Tree:
         mean = weighed(state.probabilities, state.means)
         variance = mixture_variance(
-            state.probabilities, mean, state.means, [diagonal(noise.covariance) for noise in self.noises]
+            state.probabilities, mean, state.means, [kernels.diagonal(noise.covariance) for noise in self.noises]
         )
         expected = weighed(predicted, innovations)
         spread = mixture_variance(
-            predicted, expected, innovations, [diagonal(noise.innovation_covariance) for noise in self.noises]
+            predicted, expected, innovations, [kernels.diagonal(noise.innovation_covariance) for noise in self.noises]
         )
-        figures = (dot(state.probabilities, scores), count)
+        figures = (kernels.dot(state.probabilities, scores), count)
         return filled(self.Estimate, mean, variance, expected, spread, figures, state.probabilities)
 
 
@@ -215,9 +209,9 @@ def stationary_noise(system: LinearSystem, process_noise: Noises, measurement_no
     found = stationary_gain(system, process_noise, measurement_noise)
     return StationaryNoise(
         tuple(tuple(map(float, row)) for row in found.filter),
-        pack(found.covariance.tolist()),
-        pack(found.innovation_covariance.tolist()),
-        pack(np.linalg.inv(found.innovation_covariance).tolist()),
+        kernels.pack(found.covariance.tolist()),
+        kernels.pack(found.innovation_covariance.tolist()),
+        kernels.pack(np.linalg.inv(found.innovation_covariance).tolist()),
         float(np.linalg.slogdet(found.innovation_covariance)[1]),
     )
 

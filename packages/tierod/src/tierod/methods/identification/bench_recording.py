@@ -253,15 +253,11 @@ _Path = Callable[[Scalar], Scalar]
 
 
 class BenchInput(NamedTuple):
-    """Input of a column on a bench: the recorded torque of the motor."""
-
     motor_torque: Annotated[float, "N*m"]
 
 
 @dataclass(frozen=True)
 class BenchParameters(ColumnWithFrictionParameters):
-    """A column with dry friction at the motor, and parameters of the bench."""
-
     motor_torque_gain: Annotated[float, ""] = 1.0  # true torque of the motor over the recorded one [-]
     motor_torque_offset: Annotated[float, "N*m"] = 0.0  # true torque less the recorded one [N m]
     driver_torque_offset: Annotated[float, "N*m"] = 0.0  # recorded torque of the bar less the true one [N m]

@@ -63,8 +63,6 @@ class Shown:
 
 @dataclass(frozen=True, eq=False)
 class ColumnIdentification:
-    """Result of the identification of a column."""
-
     found: tuple[Found, ...]  # identified parameters, in the order of the vehicle file
     estimate: Estimate  # maximum-likelihood estimate of the free parameters and the nuisance parameters of the bench
     left_out: tuple[LeftOut, ...]  # cross-validation, one entry per experiment

@@ -67,9 +67,7 @@ def wheel_side(recordings: Sequence[WheelMotion], inertia: float | None = None) 
     The standard deviations are the larger of two: the estimate for autocorrelated residuals, which is inaccurate after
     a few slow oscillations, and the one from the white noise of both sensors, propagated through the smoothing.
 
-    Source: Raffone, eq (1) with T_driver = 0.
-
-    Args: inertia: known inertia [kg m^2]; None to estimate it.
+    Source: Raffone, eq (1) with T_driver = 0. Args: inertia: known inertia [kg m^2]; None to estimate it.
     """
     targets, regressors, instruments = [], [], []
     for each in recordings:
@@ -179,7 +177,6 @@ def search_of(
     widened: bool = False,
     known: Mapping[str, float] | None = None,
 ) -> MaximumLikelihood:
-    """The maximum-likelihood search for parameters of a column."""
     free = (*(Free(name) for name in names), *_NUISANCES, *(Free(n, spread=s) for n, s in (known or {}).items()))
     places = {name: k for k, name in enumerate(names)}
     starts = []

@@ -109,10 +109,7 @@ class DriveNoises:
 
 
 def drive_filter(car: LateralParameters, noises: DriveNoises, sample_time: float) -> KalmanFilter:
-    """The Kalman filter of a car in a drive.
-
-    Args: sample_time: sampling interval [s].
-    """
+    """The Kalman filter of a car in a drive. Args: sample_time: sampling interval [s]."""
     bank = noises.bank_wander, noises.bank_wander_time
     angle = noises.road_wheel_angle_wander, noises.road_wheel_angle_wander_time
     fading = (math.exp(-sample_time / bank[1]), 1.0, 1.0, math.exp(-sample_time / angle[1]))
@@ -180,8 +177,6 @@ class DriveScore(NamedTuple):
 
 @dataclass(frozen=True)
 class DriveLikelihood:
-    """The terms of the likelihood of a drive."""
-
     filter: KalmanFilter  # from `drive_filter`
     ratio: Annotated[float, ""]  # road-wheel angle over the measured angle
 
@@ -263,7 +258,6 @@ class Drive(NamedTuple):
 
 
 def drive_of(name: str, recording: Recording) -> Drive:
-    """Conversion of a recording to a drive."""
     recording = complete(recording, (SPEED,))
     angle = next((each for each in ANGLES if each in recording), ANGLES[1])
     for wanted in (SPEED, angle, YAW):
@@ -287,7 +281,6 @@ def drive_of(name: str, recording: Recording) -> Drive:
 
 
 def drives_of(recordings: Mapping[str, Recording]) -> list[Drive]:
-    """All recordings as drives, in their order."""
     return [drive_of(name, recording) for name, recording in recordings.items()]
 
 

@@ -51,7 +51,6 @@ class Free:
     spread: float | None = None
 
     def coordinate(self, value: float) -> float:
-        """Coordinate of a value in the search."""
         if self.positive and not value > 0.0:
             raise ParameterError(f"the search for {self.name} cannot start at {value:g}; give a value above zero")
         return math.log(value) if self.positive else value
@@ -304,7 +303,6 @@ def long_run_covariance(scores: Sequence[np.ndarray]) -> np.ndarray:
     at most a tenth of the shortest experiment.
 
     Source: W. K. Newey, K. D. West, Econometrica 55 (1987) 703; D. W. K. Andrews, Econometrica 59 (1991) 817, eq (6.4).
-
     Args: scores: derivative of the cost of every sample by the parameters, one array (n, parameters) per experiment.
     """
     lags = min(_bandwidth(scores), min(len(each) for each in scores) // 10)
@@ -357,10 +355,9 @@ def instrumental(
 ) -> Regression:
     """Coefficients c of target = regressors c, over several experiments.
 
-    Source: T. Soderstrom, P. Stoica, Instrumental Variable Methods for System Identification (1983), chapter 4.
-
-    Args: target: one array (n,) per experiment; regressors: one array (n, coefficients) per experiment; noisy;
-    instruments: one array of the same shape per experiment; correlated with the regressors, with independent noise.
+    Source: T. Soderstrom, P. Stoica, Instrumental Variable Methods for System Identification (1983), chapter 4. Args:
+    target: one array (n,) per experiment; regressors: one array (n, coefficients) per experiment; noisy; instruments:
+    one array of the same shape per experiment; correlated with the regressors, with independent noise.
     """
     x, z, y = map(np.concatenate, (regressors, instruments, target))
     cross = z.T @ x

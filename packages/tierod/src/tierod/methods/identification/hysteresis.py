@@ -12,24 +12,7 @@ import numpy as np
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.findings import Estimate
 from tierod.core.recording import Recording
-from tierod.methods.identification.lock_to_lock import (
-    Loop,
-    Motion,
-    Noise,
-    PreSliding,
-    WorkBalance,
-    closed_loops,
-    half_width,
-    integral,
-    noise_left,
-    noise_of,
-    path_deviation,
-    path_over,
-    pre_sliding,
-    slope,
-    smoothed,
-    work_balance,
-)
+from tierod.methods.identification import lock_to_lock
 from tierod.models.steering_column import BelowBarParameters
 from tierod.physics.steering import torsion_bar_twist
 from tierod.vehicles import Vehicle
@@ -41,10 +24,8 @@ _SIGNALS = ("steering_wheel_angle", "steering_wheel_rate", "driver_torque", "mot
 
 
 class NoisySignal(NamedTuple):
-    """Noise of a signal, and its effect."""
-
     name: str
-    noise: Noise
+    noise: lock_to_lock.Noise
     friction_deviation: float  # standard deviation of the friction that the noise causes [N m]
 
 
@@ -60,9 +41,9 @@ class HysteresisFriction:
     noises: tuple[NoisySignal, ...]  # noise of the angle and of both torques, with its part in the deviation
     damping_deviation: float  # standard deviation of the damping [N m s/rad]
     mean_rate: float  # mean rate, at which the damping acted [rad/s]
-    loops: tuple[WorkBalance, ...]
+    loops: tuple[lock_to_lock.WorkBalance, ...]
     # angle over which friction builds up after a reversal, None where it is not observable
-    pre_sliding: PreSliding | None
+    pre_sliding: lock_to_lock.PreSliding | None
     # angle, torque: the loops for plotting, of the column below the torsion bar [rad], [N m]; without inertial and
     # viscous torque
     angle: np.ndarray
@@ -117,10 +98,7 @@ class HysteresisIdentification:
 
     @classmethod
     def of_vehicle(cls, vehicle: Vehicle, sampling_rate: float = 100.0) -> HysteresisIdentification:
-        """The identification with the parameters of a vehicle.
-
-        Args: sampling_rate: of the resampled signals [Hz].
-        """
+        """The identification with the parameters of a vehicle. Args: sampling_rate: of the resampled signals [Hz]."""
         below = vehicle.parameters_for(BelowBarParameters)
         # Torques of an uncalibrated vehicle are in counts, to which a stiffness in N*m/rad does not apply.
         stiffness = below.torsion_bar_stiffness if vehicle.calibrated else math.inf
@@ -142,33 +120,35 @@ class HysteresisIdentification:
         if support not in ("hoist", "ground"):
             raise ParameterError(f"support is '{support}', but a lock-to-lock test stands on 'hoist' or 'ground'")
         time, angle, rate, driver, motor = self._signals(recording)
-        noise, course = noise_of(angle, time), smoothed(angle, time)
-        left = noise_left(noise, time)
+        noise, course = lock_to_lock.noise_of(angle, time), lock_to_lock.smoothed(angle, time)
+        left = lock_to_lock.noise_left(noise, time)
         least_return = max(self.noise_angle, self.noise_reversals * left)
         tolerance = max(self.closing_tolerance, least_return)
-        loops = closed_loops(course, self.minimum_stroke, tolerance, least_return)
+        loops = lock_to_lock.closed_loops(course, self.minimum_stroke, tolerance, least_return)
         begin, end = loops[0].first, loops[-1].last + 1
         loops = [loop.shifted(-begin) for loop in loops]
         time, angle, course, rate, driver, motor = (
             values[begin:end] for values in (time, angle, course, rate, driver, motor)
         )
         self._require_complete(time, dict(zip(_SIGNALS[1:], (rate, driver, motor), strict=True)))
-        self._require_slow(course, smoothed(rate, time))
-        apart = path_deviation(course, loops, left, self.sure_reversal)
+        self._require_slow(course, lock_to_lock.smoothed(rate, time))
+        apart = lock_to_lock.path_deviation(course, loops, left, self.sure_reversal)
         noises = self._noises(time, angle, driver, motor, loops, apart)
         twist = torsion_bar_twist(driver, self.torsion_bar_stiffness)
-        rate = rate - torsion_bar_twist(slope(driver, time), self.torsion_bar_stiffness)
+        rate = rate - torsion_bar_twist(lock_to_lock.slope(driver, time), self.torsion_bar_stiffness)
         motor = self.motor_gear_ratio * motor
-        motion = Motion(time, angle - twist, course - smoothed(twist, time), rate, driver, motor)
-        balances = tuple(work_balance(loop, motion, self.inertia, self.damping) for loop in loops)
-        torque = driver + motor - self.damping * rate - self.inertia * slope(rate, time)
+        motion = lock_to_lock.Motion(
+            time, angle - twist, course - lock_to_lock.smoothed(twist, time), rate, driver, motor
+        )
+        balances = tuple(lock_to_lock.work_balance(loop, motion, self.inertia, self.damping) for loop in loops)
+        torque = driver + motor - self.damping * rate - self.inertia * lock_to_lock.slope(rate, time)
         return self._result(support, balances, loops, angle - twist, torque, noises)
 
-    def angle_noise(self, recording: Recording) -> Noise:
+    def angle_noise(self, recording: Recording) -> lock_to_lock.Noise:
         """Noise of the steering wheel's angle; above `largest_angle_noise` the loop cannot be judged."""
         aligned = recording.align(_SIGNALS[:1], self.sampling_rate, "linear", self.maximum_age)
         known = np.isfinite(aligned.values[:, 0])
-        return noise_of(aligned.values[known, 0], aligned.time[known])
+        return lock_to_lock.noise_of(aligned.values[known, 0], aligned.time[known])
 
     def _noises(
         self,
@@ -176,7 +156,7 @@ class HysteresisIdentification:
         angle: np.ndarray,
         driver: np.ndarray,
         motor: np.ndarray,
-        loops: list[Loop],
+        loops: list[lock_to_lock.Loop],
         apart: float,
     ) -> tuple[NoisySignal, ...]:
         """Noise of angle and torques, and the standard deviation of the friction from each.
@@ -185,17 +165,17 @@ class HysteresisIdentification:
         the noise of a torque its sum over the changes of the angle.
         """
         torque = driver + self.motor_gear_ratio * motor
-        path = path_over(angle, loops)
+        path = lock_to_lock.path_over(angle, loops)
 
-        def work(noise: Noise, other: np.ndarray) -> float:
+        def work(noise: lock_to_lock.Noise, other: np.ndarray) -> float:
             # A torque without assist, say, has one reading, without noise.
             if len(noise.readings) < 2:
                 return 0.0
             return noise.deviation * float(np.linalg.norm(np.gradient(other[noise.readings])))
 
-        of_angle, of_driver, of_motor = (noise_of(values, time) for values in (angle, driver, motor))
+        of_angle, of_driver, of_motor = (lock_to_lock.noise_of(values, time) for values in (angle, driver, motor))
         at_ends = of_angle.deviation * math.hypot(torque[0], torque[-1])
-        by_path = abs(integral(torque, angle)) / path * apart
+        by_path = abs(lock_to_lock.integral(torque, angle)) / path * apart
         return (
             NoisySignal("steering_wheel_angle", of_angle, math.hypot(work(of_angle, torque), at_ends, by_path) / path),
             NoisySignal("driver_torque", of_driver, work(of_driver, angle) / path),
@@ -223,7 +203,7 @@ class HysteresisIdentification:
         time, (angle, rate, driver, motor) = aligned.time[span], aligned.values[span].T
         self._require_complete(time, {_SIGNALS[0]: angle})
         if "steering_wheel_rate" not in recording:
-            rate = slope(angle, time)
+            rate = lock_to_lock.slope(angle, time)
         return time, angle, rate, driver, motor
 
     def _require_standing(self, recording: Recording) -> None:
@@ -260,8 +240,8 @@ class HysteresisIdentification:
     def _result(
         self,
         support: Support,
-        balances: tuple[WorkBalance, ...],
-        loops: list[Loop],
+        balances: tuple[lock_to_lock.WorkBalance, ...],
+        loops: list[lock_to_lock.Loop],
         angle: np.ndarray,
         torque: np.ndarray,
         noises: tuple[NoisySignal, ...],
@@ -273,7 +253,7 @@ class HysteresisIdentification:
         mean_rate = float(np.mean([balance.mean_rate for balance in balances]))
         mean_friction = float(np.mean(friction))
         corners = sorted({corner for loop in loops for corner in loop.corners})
-        reversed_at = pre_sliding(angle, torque, corners, mean_friction)
+        reversed_at = lock_to_lock.pre_sliding(angle, torque, corners, mean_friction)
         build_up = 2.0 * (reversed_at.angle if reversed_at else self.unseen_build_up)
         lost = (
             mean_friction
@@ -281,7 +261,7 @@ class HysteresisIdentification:
             * float(np.mean([len(loop.turning_points) / b.path for loop, b in zip(loops, balances, strict=True)]))
         )
         independent = math.hypot(float(closing), scatter, lost, *(each.friction_deviation for each in noises))
-        grid, profile = half_width(angle, torque, corners)
+        grid, profile = lock_to_lock.half_width(angle, torque, corners)
         return HysteresisFriction(
             support=support,
             friction_torque=mean_friction,

@@ -12,7 +12,7 @@ from tierod.core.errors import InputError, ParameterError, nearest
 from tierod.core.recording import Recording
 from tierod.methods.identification.experiment import INTERVAL, UNKNOWN_BEFORE, Found
 from tierod.methods.identification.motor_electrical import MotorRecording, motor_recording
-from tierod.methods.identification.motor_slips import refuse_slips
+from tierod.methods.identification.motor_mechanical import refuse_slips
 from tierod.physics.motor import StatorVector, phase_signs
 
 # Length of the windows of the voltage balance [s]: longer than the noise of a current, short against a turn
@@ -149,8 +149,6 @@ UNEXPLAINED = 0.1  # Largest unexplained share of the command [-]: a fault-free 
 
 @dataclass(frozen=True)
 class InverterIdentification:
-    """Result of the identification of an inverter."""
-
     found: tuple[Found, ...]
     fit: InverterFit
     remarks: tuple[str, ...]

@@ -14,15 +14,7 @@ from tierod.core.block import Model, Scalar, Tree, rebuild, skeleton, values_of
 from tierod.core.graph import scan
 from tierod.core.graph.analysis import jacobian
 from tierod.core.graph.maths import log, present, select, sqrt, where
-from tierod.methods.estimators.kernels import (
-    Vector,
-    correct_in_turn,
-    dot,
-    from_diagonal,
-    plus,
-    predict_covariance,
-    usable,
-)
+from tierod.methods.estimators import kernels
 from tierod.methods.estimators.shapes import Belief, leaf_values, sample_class
 from tierod.methods.identification.experiment import Estimate, Experiment, Free, sandwich, with_values
 from tierod.methods.identification.map_search import End, MapSearch
@@ -75,7 +67,7 @@ class Simulation:
         ahead = self.model.transition(state.mean, sample, self.parameters)
         sensitivities = self._derived(self.model.output, state, sample)
         moved = self._derived(self.model.transition, state, sample)
-        whole = usable(values_of(sample))
+        whole = kernels.usable(values_of(sample))
         if whole is True:
             return Moving(ahead, moved), Simulated(output, sensitivities)
         return select(whole, Moving(ahead, moved), state), Simulated(output, sensitivities)
@@ -91,7 +83,11 @@ class Simulation:
         rows = []
         for row in jacobian(of, at):
             direct = [*row[count:], *[0.0] * len(self.free_states)]
-            rows.append(tuple(plus(dot(row[:count], way), own) for way, own in zip(through, direct, strict=True)))
+            rows.append(
+                tuple(
+                    kernels.plus(kernels.dot(row[:count], way), own) for way, own in zip(through, direct, strict=True)
+                )
+            )
         return tuple(rows)
 
 
@@ -128,7 +124,7 @@ class Innovations:
 
     def init(self) -> Belief:
         mean = rebuild(skeleton(self.model.State), leaf_values(self.initial_mean))
-        return Belief(mean, from_diagonal(leaf_values(self.initial_variance)))
+        return Belief(mean, kernels.from_diagonal(leaf_values(self.initial_variance)))
 
     def step(self, state: Belief, sample: Tree) -> tuple[Belief, Surprise]:
         mean, covariance, surprise = self._corrected(state, sample)
@@ -136,26 +132,29 @@ class Innovations:
         rows = jacobian(lambda x: tangent.transition(x, sample.input, self.parameters), mean)
         gain = jacobian(lambda u: self.model.transition(mean, u, self.parameters), sample.input)
         none = (0.0,) * len(leaf_values(mean))
-        ahead = predict_covariance(rows, covariance, none, gain, leaf_values(self.input_variance))
-        moved, whole = self.model.transition(mean, sample.input, self.parameters), usable(leaf_values(sample.input))
+        ahead = kernels.predict_covariance(rows, covariance, none, gain, leaf_values(self.input_variance))
+        moved, whole = (
+            self.model.transition(mean, sample.input, self.parameters),
+            kernels.usable(leaf_values(sample.input)),
+        )
         held = tuple(where(whole, a, b) for a, b in zip(leaf_values(moved), leaf_values(mean), strict=True))
         spread = tuple(where(whole, a, b) for a, b in zip(ahead, covariance, strict=True))
         return Belief(rebuild(mean, held), spread), surprise
 
-    def _corrected(self, state: Belief, sample: Tree) -> tuple[Tree, Vector, Surprise]:
+    def _corrected(self, state: Belief, sample: Tree) -> tuple[Tree, kernels.Vector, Surprise]:
         def output(x: Tree) -> Tree:
             return self.model.output(x, sample.input, self.parameters)
 
         rows, expected = jacobian(output, state.mean), leaf_values(output(state.mean))
         innovations = [value - mean for value, mean in zip(leaf_values(sample.measured), expected, strict=True)]
-        done = correct_in_turn(state.covariance, rows, innovations, leaf_values(self.measurement_variance))
+        done = kernels.correct_in_turn(state.covariance, rows, innovations, leaf_values(self.measurement_variance))
         (shift, covariance, _, _), residuals, spreads = done
         standardised, logarithms = [], []
         for residual, spread in zip(residuals, spreads, strict=True):
             there = present(residual)
             standardised.append(where(there, residual, 0.0) / sqrt(spread))
             logarithms.append(where(there, 0.5 * log(spread), 0.0))
-        mean = rebuild(state.mean, [plus(a, b) for a, b in zip(leaf_values(state.mean), shift, strict=True)])
+        mean = rebuild(state.mean, [kernels.plus(a, b) for a, b in zip(leaf_values(state.mean), shift, strict=True)])
         outputs = skeleton(self.model.Output)
         return mean, covariance, Surprise(rebuild(outputs, standardised), rebuild(outputs, logarithms))
 

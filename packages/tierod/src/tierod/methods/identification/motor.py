@@ -18,8 +18,13 @@ from tierod.methods.identification.motor_electrical import (
     identify_electrical,
     motor_recording,
 )
-from tierod.methods.identification.motor_mechanical import Mechanical, identify_mechanical, torque_ratio
-from tierod.methods.identification.motor_slips import in_time, refuse_slips
+from tierod.methods.identification.motor_mechanical import (
+    Mechanical,
+    identify_mechanical,
+    in_time,
+    refuse_slips,
+    torque_ratio,
+)
 from tierod.models.stator_frame_motor import MotorParameters
 from tierod.physics.motor import COPPER, NEODYMIUM, REFERENCE_TEMPERATURE, flux_at
 
@@ -37,8 +42,6 @@ class Unidentified(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class MotorIdentification:
-    """Result of the identification of a motor."""
-
     found: tuple[Found, ...]  # identified parameters, resistance and flux at 20 degrees Celsius
     unidentified: tuple[Unidentified, ...]  # parameters that the recordings do not identify
     electrical: Electrical  # parameters from currents and voltages, at the temperature of the motor

@@ -275,8 +275,6 @@ _NAMES = ("motor_resistance", "motor_inductance", "motor_saliency", "motor_flux"
 
 
 class Value(NamedTuple):
-    """A value and its standard deviation."""
-
     value: float
     deviation: float
 
@@ -308,9 +306,8 @@ def identify_electrical(
     closed loop. A regressor with negligible noise that hardly correlates with its past, as for a step, is its own
     instrument.
 
-    Source: Reinelt et al., eqs (17), (18), integrated over a step, with inductances along and across the flux.
-
-    Args: expected: resistance [ohm], inductance [H], flux [V s], as scales for large standard deviations.
+    Source: Reinelt et al., eqs (17), (18), integrated over a step, with inductances along and across the flux. Args:
+    expected: resistance [ohm], inductance [H], flux [V s], as scales for large standard deviations.
     """
     warm = all(each.temperature is not None for each in recordings)
     parts = [equation(each, pole_pairs, warm) for each in recordings]

@@ -15,6 +15,7 @@ from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.core.recording import Recording
 from tierod.methods.analysis.consistency import usual_deviation, white_noise
+from tierod.methods.identification import vehicle_judgement as judgement
 from tierod.methods.identification.drives import (
     ANGLES,
     RATE,
@@ -27,28 +28,6 @@ from tierod.methods.identification.drives import (
 )
 from tierod.methods.identification.experiment import UNKNOWN_BEFORE, Found
 from tierod.methods.identification.map_search import ENOUGH, TRUSTED, Built, Posterior, Prior, Search, considering
-from tierod.methods.identification.vehicle_judgement import (
-    LEARNT,
-    MODEL_ERRORS,
-    NOISES,
-    SHOWN,
-    Contradiction,
-    Judged,
-    Odd,
-    at_limit,
-    considered,
-    contradictions,
-    contradictory,
-    doubt_of,
-    held_distances,
-    judged,
-    kept,
-    odd_drive,
-    priors_of,
-    remarks_of,
-    spread_of,
-    unexplained,
-)
 from tierod.models.lateral_motion import LateralParameters
 from tierod.physics.motion import GRAVITY, understeer_gradient
 from tierod.vehicles import Vehicle
@@ -74,16 +53,14 @@ class Zeros(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class VehicleIdentification:
-    """Result of the identification of a vehicle from drives."""
-
     found: tuple[Found, ...]
-    judged: tuple[Judged, ...]
+    judged: tuple[judgement.Judged, ...]
     zeros: tuple[Zeros, ...]  # sensor zeros of every drive, in their order
     noises: Mapping[str, tuple[float, float]]  # of sensors, model and road, with their standard deviations
     drives: tuple[Drive, ...]
     posterior: Posterior
-    contradictory: tuple[Contradiction, ...]
-    odd: Odd | None  # drive of another car, or None
+    contradictory: tuple[judgement.Contradiction, ...]
+    odd: judgement.Odd | None  # drive of another car, or None
     remarks: tuple[str, ...]
     doubt: str  # reason why nothing should be written to the file; empty if it may be written
 
@@ -100,14 +77,16 @@ def identify_vehicle(
     free: parameters that may change; by default all that drives may identify. The prior uncertainty of the others is
     considered all the same.
     """
-    if unknown := [name for name in free if name not in SHOWN]:
-        raise ParameterError(f"'{unknown[0]}' is not identified from ordinary drives; there are {', '.join(SHOWN)}")
+    if unknown := [name for name in free if name not in judgement.SHOWN]:
+        raise ParameterError(
+            f"'{unknown[0]}' is not identified from ordinary drives; there are {', '.join(judgement.SHOWN)}"
+        )
     drives = tuple(drives_of(recordings))
     usual = _usual(drives)
-    priors = priors_of(vehicle, usual, with_ratio=drives[0].angle != ANGLES[0], free=free)
+    priors = judgement.priors_of(vehicle, usual, with_ratio=drives[0].angle != ANGLES[0], free=free)
     refuse_unlike(drives, vehicle)
     built = _built(vehicle, usual, drives[0].angle)
-    held = considered(vehicle, priors)
+    held = judgement.considered(vehicle, priors)
     posterior = _searched(priors, drives, built, progress, held=held)
     alone = [_searched(priors, [each], built, start=posterior.place) for each in drives] if len(drives) > 1 else []
     return _concluded(vehicle, drives, posterior, alone, built, free)
@@ -132,13 +111,13 @@ def _searched(
         search = Search(priors, samples, built, OUTPUTS, share * TRUSTED)
         found = search.run(start, partial(_part, progress, number), enough)
         start = found.place
-    return found if held is None else considering(search, found, held, MODEL_ERRORS)
+    return found if held is None else considering(search, found, held, judgement.MODEL_ERRORS)
 
 
 def _by_drives_alone(
     posterior: Posterior, names: Sequence[str], drives: Sequence[Drive], built: Built, held: Sequence[Prior]
-) -> tuple[Contradiction, ...]:
-    far = [name for name in contradictory(posterior, names) if name not in LIKE_ROADS]
+) -> tuple[judgement.Contradiction, ...]:
+    far = [name for name in judgement.contradictory(posterior, names) if name not in LIKE_ROADS]
     if not far:
         return ()
     wide = tuple(
@@ -146,7 +125,7 @@ def _by_drives_alone(
         for each in posterior.priors
     )
     found = _searched(wide, drives, built, held=held)
-    return () if unexplained(found) else contradictions(found, posterior.priors, far)
+    return () if judgement.unexplained(found) else judgement.contradictions(found, posterior.priors, far)
 
 
 def _part(progress: Callable[[float], None], number: int, done: float) -> None:
@@ -169,7 +148,9 @@ def _built(vehicle: Vehicle, usual: DriveNoises, angle: str) -> Callable[..., Dr
         if bound and FREE in values:
             values = {**values, BOUND: vehicle["wheelbase"] - values[FREE]}
         car = dataclasses.replace(base, **{name: value for name, value in values.items() if name in of_car})
-        noises = dataclasses.replace(usual, **{name: value for name, value in values.items() if name in NOISES})
+        noises = dataclasses.replace(
+            usual, **{name: value for name, value in values.items() if name in judgement.NOISES}
+        )
         return DriveLikelihood(drive_filter(car, noises, 1.0 / RATE), values.get("steering_ratio", ratio))
 
     return built
@@ -183,21 +164,23 @@ def _concluded(
     built: Callable[..., DriveLikelihood],
     free: tuple[str, ...],
 ) -> VehicleIdentification:
-    names = tuple(prior.name for prior in posterior.priors if prior.name in SHOWN)
-    held = () if free else held_distances(vehicle)
-    every = [each for each in judged(posterior, names) if each.name in (free or SHOWN)]
-    every += [kept(name, vehicle[name], spread_of(name, vehicle)[0]) for name in held if name in vehicle]
+    names = tuple(prior.name for prior in posterior.priors if prior.name in judgement.SHOWN)
+    held = () if free else judgement.held_distances(vehicle)
+    every = [each for each in judgement.judged(posterior, names) if each.name in (free or judgement.SHOWN)]
+    every += [
+        judgement.kept(name, vehicle[name], judgement.spread_of(name, vehicle)[0]) for name in held if name in vehicle
+    ]
     blocks = [built(posterior.values, k) for k in range(len(drives))]
     results = [scan(block, each.samples) for block, each in zip(blocks, drives, strict=True)]
     zeros = tuple(
         _zeros(each.values[-1], block.ratio, block.filter.parameters.sampled.car)
         for block, each in zip(blocks, results, strict=True)
     )
-    noises = {name: (posterior.values[name], posterior.deviations[name]) for name in NOISES}
+    noises = {name: (posterior.values[name], posterior.deviations[name]) for name in judgement.NOISES}
     noises |= _reading_noise([each.values for each in results])
-    against = _by_drives_alone(posterior, names, drives, built, considered(vehicle, posterior.priors))
-    odd = odd_drive(alone, names)
-    learnt = [each for each in every if each.kind == LEARNT]
+    against = _by_drives_alone(posterior, names, drives, built, judgement.considered(vehicle, posterior.priors))
+    odd = judgement.odd_drive(alone, names)
+    learnt = [each for each in every if each.kind == judgement.LEARNT]
     found = [_found(each.name, vehicle, each.value, each.deviation) for each in learnt]
     found += [
         _found(BOUND, vehicle, vehicle["wheelbase"] - each.value, each.deviation)
@@ -218,8 +201,9 @@ def _concluded(
         posterior,
         against,
         odd,
-        tuple(remarks_of(vehicle, every, against)),
-        at_limit(vehicle, drives) or doubt_of(vehicle, drives, learnt, against, odd, unexplained(posterior)),
+        tuple(judgement.remarks_of(vehicle, every, against)),
+        judgement.at_limit(vehicle, drives)
+        or judgement.doubt_of(vehicle, drives, learnt, against, odd, judgement.unexplained(posterior)),
     )
 
 

@@ -299,10 +299,7 @@ _STEPS = 60
 
 
 def chance_by(level: np.ndarray, covariance: np.ndarray, limit: np.ndarray, ahead: np.ndarray) -> np.ndarray:
-    """Probability that the level is above the limit at a time ahead.
-
-    Args: ahead: time from now [d], (cars,).
-    """
+    """Probability that the level is above the limit at a time ahead. Args: ahead: time from now [d], (cars,)."""
     from scipy.special import ndtr
 
     mean = level[:, 0] + ahead * level[:, 1]

@@ -230,9 +230,8 @@ def gaps(drives: Drives) -> np.ndarray:
 def moved(mean: np.ndarray, covariance: np.ndarray, gap: np.ndarray, noise: TrendNoise) -> None:
     """Predict states over the time between drives, in place: a constant slope plus random walks of level and slope.
 
-    Source: Y. Bar-Shalom et al., Estimation with Applications to Tracking and Navigation, 2001, (6.2.2-13).
-
-    Args: gap: time [d], (cars,).
+    Source: Y. Bar-Shalom et al., Estimation with Applications to Tracking and Navigation, 2001, (6.2.2-13). Args: gap:
+    time [d], (cars,).
     """
     mean[:, LEVEL] += gap * mean[:, SLOPE]
     covariance[:, LEVEL, :] += gap[:, None] * covariance[:, SLOPE, :]

@@ -144,8 +144,6 @@ LEAST_PAIRS = 50  # Smallest number of pairs of drives for a point of the variog
 
 @dataclass(frozen=True)
 class Wandering:
-    """Estimated random walk and slope of the levels."""
-
     level_walk: float  # random walk of the level [unit/sqrt(d)]; its variance includes its standard error
     slope: float  # median slope of the cars [unit/d]
     slope_deviation: float  # standard deviation from car to car [unit/d]; its variance includes its standard error
@@ -200,8 +198,6 @@ ALIKE = 0.8
 
 @dataclass(frozen=True)
 class Cohort:
-    """A cohort with its effect and the odds that it differs from the rest."""
-
     kind: str  # kind, name: such as "rack batch" and "2026-03"
     name: str
     cars: int

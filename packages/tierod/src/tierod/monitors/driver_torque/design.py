@@ -12,9 +12,8 @@ import numpy as np
 from tierod.core.errors import ParameterError
 from tierod.core.signals import residue_of
 from tierod.methods.analysis.consistency import differences, usual_deviation
-from tierod.methods.analysis.observability import require_fit
 from tierod.methods.estimators.stationary_bank import StationaryBank, Switching
-from tierod.models.column_observation import ColumnObservation, linear_column, observed_column
+from tierod.models.column_observation import ColumnObservation, linear_column, observed_column, require_fit
 from tierod.models.linear import LinearSystem
 from tierod.models.steering_column import (
     BelowBarParameters,
@@ -218,7 +217,7 @@ def _observed(
 ) -> ColumnObservation:
     """The observed column without noises, cached because a session designs filters for usual and for measured noise."""
     observed = observed_column(linear_of(parameters), sample_time, hand_torque_order, 1, offset, outputs)
-    require_fit(observed.continuous, "the column", stable="marginal", observable=True, sample_time=sample_time)
+    require_fit(observed.continuous, "the column", sample_time)
     return observed
 
 
