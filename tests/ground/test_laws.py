@@ -8,13 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tierod_lab.papers.condition.rules.routes import (
-    central_speed,
-    rear_wheel_share,
-    rolling_curvature,
-    rolling_road_wheel_angle,
-    rolling_sideslip,
-)
 
 from tierod.physics import friction
 from tierod.physics import motor as pm_motor
@@ -293,38 +286,3 @@ def test_limit_keeps_the_direction_and_short_vectors(d, q):
 def test_the_arc_meets_the_path_at_the_reach(offset):
     curvature = control.pursuit_curvature(offset, 20.0)
     assert offset + (1.0 - math.cos(20.0 * curvature)) / curvature == pytest.approx(0.0, abs=1e-3)
-
-
-DEMO_FRONT, DEMO_REAR, DEMO_TRACK = 0.904, 1.166, 1.084
-DEMO_WHEELBASE = DEMO_FRONT + DEMO_REAR
-
-
-def circle(radius, yaw_rate=0.7):
-    return yaw_rate, yaw_rate * (radius - DEMO_TRACK / 2), yaw_rate * (radius + DEMO_TRACK / 2)
-
-
-@pytest.mark.parametrize("radius", [5.0, 20.0, -8.0])
-def test_each_wheel_gives_the_angle_of_the_bicycle(radius):
-    yaw, left, right = circle(radius, math.copysign(0.7, radius))
-    expected = math.atan(DEMO_WHEELBASE / radius)
-    assert rolling_road_wheel_angle(yaw, left, DEMO_TRACK / 2, DEMO_WHEELBASE) == pytest.approx(expected, rel=1e-14)
-    assert rolling_road_wheel_angle(yaw, right, -DEMO_TRACK / 2, DEMO_WHEELBASE) == pytest.approx(expected, rel=1e-14)
-
-
-@pytest.mark.parametrize("radius", [5.0, 30.0, -6.0])
-def test_central_speed_of_both_wheels_is_that_of_the_centre_of_gravity(radius):
-    yaw, left, right = circle(radius, math.copysign(0.7, radius))
-    steer = math.atan(DEMO_WHEELBASE / radius)
-    sideslip = rolling_sideslip(steer, DEMO_REAR, DEMO_WHEELBASE)
-    curvature = rolling_curvature(steer, sideslip, DEMO_WHEELBASE)
-    expected = abs(yaw) * math.hypot(radius, DEMO_REAR)
-    for speed, lever in ((left, DEMO_TRACK / 2), (right, -DEMO_TRACK / 2)):
-        assert central_speed(speed, rear_wheel_share(sideslip, curvature, lever)) == pytest.approx(expected, rel=1e-12)
-
-
-def test_the_share_is_the_root_of_the_printed_radicand():
-    random = np.random.default_rng(1)
-    for sideslip, curvature in random.uniform(-0.4, 0.4, (20, 2)):
-        c = math.cos(sideslip)
-        radicand = c * c + (DEMO_TRACK / 2) ** 2 * curvature**2 - DEMO_TRACK * curvature * c
-        assert rear_wheel_share(sideslip, curvature, DEMO_TRACK / 2) == pytest.approx(math.sqrt(radicand), rel=1e-12)

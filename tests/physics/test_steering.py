@@ -8,13 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tierod_lab.papers.condition.rules.equations import tie_rod_force_of_balance
 
 from tierod.physics import motion as single_track
 from tierod.physics import steering as aligning
 from tierod.physics.steering import (
     assist_torque,
-    column_balance,
     gear_coupling_torque,
     pinion_angle,
     torsion_bar_torque,
@@ -106,15 +104,6 @@ def test_elastic_gear_works_without_loss():
     torque = gear_coupling_torque(motor, shaft, ratio, stiffness)
     assert torque == pytest.approx((energy(motor + small, shaft) - energy(motor - small, shaft)) / (2.0 * small))
     assert ratio * torque == pytest.approx(-(energy(motor, shaft + small) - energy(motor, shaft - small)) / (2 * small))
-
-
-RACK_RATIO = 1.0 / 146.12
-
-
-def test_held_at_the_middle_a_newton_metre_holds_146_newtons():
-    assert column_balance(1.0, 0.0, 146.12, 0.0, 0.0, RACK_RATIO, 31227.0, 22867.0) == pytest.approx(0.0, abs=1e-12)
-    assert tie_rod_force_of_balance(1.5, 0.5, 403.2, 0.0, 0.2, 146.12) == pytest.approx(146.12)
-    assert tie_rod_force_of_balance(0.5, 0.5, 400.0, 2.0, 0.2, 146.12) == pytest.approx(160.0)
 
 
 def test_bar_pulls_the_pinion_after_the_wheel():

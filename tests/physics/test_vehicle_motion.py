@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tierod_lab.papers.condition.rules.adaptive_speed import forward_rate
 
 from tierod.physics import motion as single_track
 from tierod.physics.motion import lateral_acceleration_of_turning, longitudinal_acceleration
@@ -27,7 +26,6 @@ def test_acceleration_is_the_second_derivative_of_the_path():
     forward = speed * np.cos(sideslip)
     rate = (forward[4] - forward[2]) / (2.0 * step)
     assert longitudinal_acceleration(rate, forward[3], 0.1, 0.6) == pytest.approx(body[0], rel=1e-6)
-    assert forward_rate(body[0], forward[3], 0.1, 0.6) == pytest.approx(rate, rel=1e-6)
 
 
 def test_at_steady_speed_and_small_sideslip_the_lateral_acceleration_is_speed_times_course_rate():
