@@ -46,9 +46,8 @@ from tierod_lab.papers.column.printed import PrintedObserver
 from tierod_lab.papers.condition.rules.parameters import RESIDUALS, Coefficients, ResidualCalibration
 from tierod_lab.papers.condition.rules.rule_monitor import RulesWithReaction, rule_monitor
 from tierod_lab.papers.friction.joint_model import FrictionEstimation as EstimatedFriction
-from tierod_lab.papers.friction.linearised import LinearisedFrictionMonitor, linearised
-from tierod_lab.papers.friction.presets import consistent, unscented
-from tierod_lab.papers.friction.refined import RefinedFrictionMonitor
+from tierod_lab.papers.friction.presets import consistent, linearised, unscented
+from tierod_lab.papers.friction.refined import LinearisedFrictionMonitor, RefinedFrictionMonitor
 from tierod_lab.papers.friction.variance_method import RollingVariance, VarianceFrictionMonitor, VarianceParameters
 from tierod_lab.papers.motor_angle.feedforward import FeedforwardAngle
 from tierod_lab.papers.motor_angle.observers import RotorFrameObserver, extended_kalman, luenberger

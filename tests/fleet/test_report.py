@@ -17,8 +17,7 @@ from tierod.fleet.report_page import render
 from tierod.fleet.schema import findings, ledger
 from tierod.fleet.trends import Design
 from tierod.vehicles import load
-from tierod_lab.fleet.ageing import SECONDS_PER_DAY, Ageing, Linear
-from tierod_lab.fleet.virtual import FleetFile, drawn
+from tierod_lab.fleet.virtual import SECONDS_PER_DAY, Ageing, FleetFile, Linear, drawn
 from tierod_lab.fleet.writing import shipped_law, write_estimates
 
 SCHEMA = json.loads(files("tierod.fleet").joinpath("fleet.schema.json").read_text(encoding="utf-8"))

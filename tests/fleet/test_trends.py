@@ -12,9 +12,8 @@ from tierod.fleet.series import series_of
 from tierod.fleet.statistics import expected_of, write_prior
 from tierod.fleet.trends import Design, trends
 from tierod.vehicles import load
-from tierod_lab.fleet.ageing import SECONDS_PER_DAY, Ageing, Linear, Sudden
 from tierod_lab.fleet.estimates import estimates, findings_table, series
-from tierod_lab.fleet.virtual import FleetFile, Group, drawn
+from tierod_lab.fleet.virtual import SECONDS_PER_DAY, Ageing, FleetFile, Group, Linear, Sudden, drawn
 from tierod_lab.fleet.writing import shipped_law
 
 FILE = FleetFile(

@@ -2,7 +2,6 @@
 
 import dataclasses
 import json
-import math
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -10,9 +9,18 @@ import pytest
 
 from tierod.cli import main
 from tierod.core.errors import ParameterError
-from tierod_lab.fleet.ageing import SECONDS_PER_DAY, THAW, YEAR, Corrosion, Linear, Sudden
 from tierod_lab.fleet.estimates import error_law, estimates
-from tierod_lab.fleet.virtual import FleetFile, Group, describes_fleet, drawn, load
+from tierod_lab.fleet.virtual import (
+    SECONDS_PER_DAY,
+    YEAR,
+    FleetFile,
+    Group,
+    Linear,
+    Sudden,
+    describes_fleet,
+    drawn,
+    load,
+)
 from tierod_lab.fleet.writing import PATTERN, fleet_file, recordings_of, shipped_law
 
 TEXT = """
@@ -78,13 +86,6 @@ def test_ageing_laws():
     day, begin = np.array([10.0, 20.0, 30.0]), np.array(15.0)
     np.testing.assert_allclose(Linear(0.1 / SECONDS_PER_DAY).added(day, begin), [0.0, 0.5, 1.5])
     np.testing.assert_allclose(Sudden(2.0).added(day, begin), [0.0, 2.0, 2.0])
-    rust = Corrosion(1.0, 60.0 * SECONDS_PER_DAY)
-    year = 20 * YEAR
-    days = year + np.array([100.0, THAW + YEAR, THAW + YEAR + 60.0, THAW + 4 * YEAR])
-    first = year + 90.0  # after the thaw: the next winter is the first that counts
-    added = rust.added(days, np.array(first))
-    np.testing.assert_allclose(added[:3], [0.0, 0.0, 1.0 - math.exp(-1.0)], atol=1e-6)
-    assert added[3] == pytest.approx(2.0 + 1.0 - 3.0 * math.exp(-3.0 * YEAR / 60.0), abs=0.01)
 
 
 def test_the_law_of_errors_is_found_again_in_drawn_estimates():

@@ -6,18 +6,13 @@ from importlib import import_module
 import pytest
 
 from tierod.core.errors import ParameterError
-from tierod_lab.papers.friction.cases import Case
-from tierod_lab.papers.friction.estimators import monitor
 from tierod_lab.papers.friction.reported import SEEDS as FRICTION
+from tierod_lab.papers.friction.reported import monitor
 from tierod_lab.papers.seeds import APART, ReportedSeeds
 
 STUDIES = (
-    "friction.reported",
-    "motor_angle.study",
-    "sideslip.study",
-    "column.study",
-    "fleet.reported",
-    "own_car.reported",
+    *("friction.reported", "motor_angle.study", "sideslip.study", "column.study"),
+    *("fleet.study", "own_car.study"),
 )
 
 
@@ -55,11 +50,3 @@ def test_no_reported_drive_was_driven_while_tierod_was_tuned(name):
     begins = sorted(found.parts.values())
     assert len(set(begins)) == len(begins)
     assert begins[-1] < APART
-
-
-def test_a_drive_of_friction_counts_road_car_and_reference_from_the_same_number():
-    case = Case(3, car=4, reference=Case(5003, car=4))
-    assert case.counted_from(0) is case
-    moved = case.counted_from(1000)
-    assert (moved.route, moved.car, moved.reference.route, moved.reference.car) == (1003, 1004, 6003, 1004)
-    assert replace(moved, route=3, car=4, reference=case.reference) == case

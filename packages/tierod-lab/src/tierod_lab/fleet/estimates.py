@@ -1,15 +1,11 @@
-"""Drives at estimate level: estimates that a monitor would have made, drawn from its measured errors.
-
-A year of a thousand cars is 52 000 drives; where a study needs ten thousand vehicle-years, drives are not simulated.
-Their estimates are drawn from the errors of the monitor on simulated drives, and every table states this.
-"""
+"""Drives at estimate level: estimates that a monitor would have made, drawn from its errors on simulated drives."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
@@ -23,10 +19,7 @@ if TYPE_CHECKING:
 WRONG = 5.0  # Ratio of the error of outlier drives to that of the others
 
 WATCHED = Watched("friction", "", "friction torque at the steering wheel axis", "N*m")
-"""Subject of the series that is drawn."""
-
-LEAST = 4
-"""Number of drives of a car that must be exceeded to fit its offset, gain and tyres and leave degrees of freedom."""
+LEAST = 4  # Drives of a car beyond which its offset, gain and tyres are fitted with degrees of freedom left
 
 
 @dataclass(frozen=True)
@@ -34,23 +27,20 @@ class ErrorLaw:
     """Error model of a friction monitor over virtual cars and drives, as measured by `tierod study fleet`.
 
     estimate = friction + offset of the car + gain of the car * (friction - at) + tyres of the car in winter + error of
-    the drive
+    the drive; each mean is followed by its standard deviation over the cars
     """
 
-    at: Annotated[float, "N*m"]  # friction at which offset and gain are independent [N*m]
-    # offset, offset_deviation: mean and standard deviation of the offset of a car [N*m]
+    at: Annotated[float, "N*m"]  # friction at which offset and gain are independent
     offset: Annotated[float, "N*m"]
     offset_deviation: Annotated[float, "N*m"]
-    # gain, gain_deviation: mean and standard deviation of the gain of a car minus 1 [-], mostly of its torque sensor
-    gain: Annotated[float, ""]
+    gain: Annotated[float, ""]  # gain minus 1, mostly of the torque sensor
     gain_deviation: Annotated[float, ""]
-    # winter, winter_deviation: mean and standard deviation of the effect of winter tyres [N*m]
-    winter: Annotated[float, "N*m"]
+    winter: Annotated[float, "N*m"]  # effect of winter tyres
     winter_deviation: Annotated[float, "N*m"]
-    drive_deviation: Annotated[float, "N*m"]  # standard deviation from drive to drive of a car on the same tyres [N*m]
-    stated: Annotated[float, "N*m"]  # standard deviation that a drive states, as geometric mean [N*m]
-    stated_spread: Annotated[float, ""]  # standard deviation of its logarithm [-]
-    judged_share: Annotated[float, ""]  # share of drives with an estimate [-]
+    drive_deviation: Annotated[float, "N*m"]  # from drive to drive of a car on the same tyres
+    stated: Annotated[float, "N*m"]  # standard deviation that a drive states, as geometric mean
+    stated_spread: Annotated[float, ""]  # standard deviation of its logarithm
+    judged_share: Annotated[float, ""]  # share of drives with an estimate
     drives: int
     cars: int
 
@@ -93,7 +83,7 @@ def series(cars: VirtualCars, estimate: np.ndarray, deviation: np.ndarray) -> Se
 
 
 def findings_table(cars: VirtualCars, estimate: np.ndarray, deviation: np.ndarray) -> pa.Table:
-    """Estimates as the findings of a fleet, for `tierod fleet report`; the column `version` states their origin."""
+    """Estimates as findings of a fleet, for `tierod fleet report`; the column `version` states their origin."""
     import pyarrow as pa
 
     from tierod.fleet.schema import findings
@@ -101,40 +91,26 @@ def findings_table(cars: VirtualCars, estimate: np.ndarray, deviation: np.ndarra
 
     limits = load(cars.file.vehicle)
     nominal, rising, limit = (float(limits[name]) for name in ("nominal_friction", "rising_friction", "fault_friction"))
-    number, drive = (each.ravel() for each in np.indices(estimate.shape))
-    order = np.lexsort((cars.day.ravel(), number))
-    number, drive = number[order], drive[order]
-    value, spread = estimate[number, drive], deviation[number, drive]
-    known = np.isfinite(value)
-    status = np.where(~known, "not identifiable", np.where(value >= limit, "fault", np.where(value >= rising, "rising",
-                      "healthy")))  # fmt: skip
-    labels = [[(kind, names[car]) for kind, names in cars.labels.items()] for car in range(len(cars.names))]
-    constants: dict[str, Any] = {
+    same = {
         **WATCHED._asdict(), "variant": "drawn from measured errors", "role": "", "kind": "", "cause": "", "action": "",
         "span": 0, "nominal": nominal, "limit": limit, "start_s": 0.0,
         "duration_s": cars.file.duration, "judged_s": cars.file.duration, "version": "estimate level",
     }  # fmt: skip
-    columns: dict[str, Any] = {
-        "vehicle": pa.array(np.array(cars.names)[number].tolist()),
-        "cohort": pa.array([labels[car] for car in number], pa.map_(pa.string(), pa.string())),
-        "recording_name": pa.array([f"{cars.names[c]}/drive-{d + 1:04d}" for c, d in zip(number, drive, strict=True)]),
-        "start": stamps(cars.day[number, drive]),
-        "mileage_m": pa.array(cars.mileage[number, drive]),
-        "temperature_K": pa.array(cars.temperature[number, drive]),
-        "status": pa.array(status.tolist()),
-        "estimate": pa.array(value, from_pandas=True),
-        "deviation": pa.array(spread, from_pandas=True),
-    }
-    schema, rows = findings(), len(number)
-    made = []
-    for each in schema:
-        if each.name in columns:
-            made.append(columns[each.name].cast(each.type))
-        elif each.name in constants:
-            made.append(pa.array([constants[each.name]] * rows, each.type))
-        else:
-            made.append(pa.nulls(rows, each.type))
-    return pa.table(made, schema=schema)
+    rows = []
+    for car, name in enumerate(cars.names):
+        cohort = [(kind, names[car]) for kind, names in cars.labels.items()]
+        starts = stamps(cars.day[car]).to_pylist()
+        for drive in np.argsort(cars.day[car]).tolist():
+            value, spread = float(estimate[car, drive]), float(deviation[car, drive])
+            status = "fault" if value >= limit else "rising" if value >= rising else "healthy"
+            known = {"status": status, "estimate": value, "deviation": spread}
+            rows.append({
+                **same, "vehicle": name, "cohort": cohort, "recording_name": f"{name}/drive-{drive + 1:04d}",
+                "start": starts[drive], "mileage_m": float(cars.mileage[car, drive]),
+                "temperature_K": float(cars.temperature[car, drive]),
+                **(known if math.isfinite(value) else {"status": "not identifiable"}),
+            })  # fmt: skip
+    return pa.Table.from_pylist(rows, schema=findings())
 
 
 def error_law(
@@ -150,21 +126,12 @@ def error_law(
     # The observed variance of the cars minus that of their estimates from few drives.
     spread = np.sqrt(np.maximum(values.var(axis=0, ddof=1) - variance * unsure.mean(axis=0), 0.0))
     mean, logs = values.mean(axis=0), np.log(stated[there])
-    return ErrorLaw(
-        at=at,
-        offset=float(mean[0]),
-        offset_deviation=float(spread[0]),
-        gain=float(mean[1]),
-        gain_deviation=float(spread[1]),
-        winter=float(mean[2]),
-        winter_deviation=float(spread[2]),
-        drive_deviation=math.sqrt(variance),
-        stated=float(np.exp(logs.mean())),
-        stated_spread=float(logs.std(ddof=1)),
-        judged_share=float(there.mean()),
-        drives=len(car),
-        cars=len(fits),
-    )
+    names = ("offset", "gain", "winter")
+    known = {name: float(value) for name, value in zip(names, mean, strict=True)}
+    known |= {f"{name}_deviation": float(value) for name, value in zip(names, spread, strict=True)}
+    known |= {"stated": float(np.exp(logs.mean())), "stated_spread": float(logs.std(ddof=1))}
+    known |= {"drive_deviation": math.sqrt(variance), "judged_share": float(there.mean())}
+    return ErrorLaw(at=at, **known, drives=len(car), cars=len(fits))
 
 
 def _fit(winter: np.ndarray, friction: np.ndarray, error: np.ndarray) -> tuple[np.ndarray, float, int, np.ndarray]:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import datetime as dt
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -14,7 +14,48 @@ from tierod.core.errors import ParameterError, TierodError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.files import expanded
 from tierod.core.toml import Document, build
-from tierod_lab.fleet.ageing import SECONDS_PER_DAY, YEAR, Ageing
+
+SECONDS_PER_DAY = 86400.0
+YEAR = 365.25
+
+
+@dataclass(frozen=True)
+class Linear:
+    """Steady rise, as by wear of a gear or loss of grease; 1 N*m over 100 days is a rate of "0.01 N*m/d"."""
+
+    rate: Annotated[float, "N*m/s"]
+
+    def added(self, day: np.ndarray, begin: np.ndarray) -> np.ndarray:
+        """Friction added [N*m] on days since 1970, for ageing that begins on a day; the shapes are broadcast."""
+        return np.asarray(self.rate * SECONDS_PER_DAY * np.maximum(day - begin, 0.0))
+
+
+@dataclass(frozen=True)
+class Sudden:
+    """Sudden rise, as by a bent rack or a broken bearing."""
+
+    size: Annotated[float, "N*m"]
+
+    def added(self, day: np.ndarray, begin: np.ndarray) -> np.ndarray:
+        return np.asarray(np.where(day >= begin, self.size, 0.0))
+
+
+@dataclass(frozen=True)
+class Ageing:
+    """Ageing of some of the cars."""
+
+    name: str
+    law: Linear | Sudden
+    share: Annotated[float, "", NOT_NEGATIVE]
+    # earliest and latest time after the start at which it begins, uniformly distributed [s]
+    begin: tuple[Annotated[float, "s", NOT_NEGATIVE], Annotated[float, "s", NOT_NEGATIVE]] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if self.share > 1.0:
+            raise ParameterError(f"'share' of the ageing '{self.name}' is {self.share}; expected 1 or less")
+        if self.begin[1] < self.begin[0]:
+            raise ParameterError(f"the ageing '{self.name}' begins between {self.begin}; give the earlier time first")
+
 
 REFERENCE = 288.15  # Temperature at which friction is stated [K]: 15 °C
 HOTTEST = 200.0  # Warmest day of the year (19 July) [d]
@@ -24,20 +65,20 @@ HOTTEST = 200.0  # Warmest day of the year (19 July) [d]
 class Group:
     """A cohort of cars: a batch of racks, a supplier, a climate."""
 
-    kind: str  # kind, name: kind and name of the cohort, such as "rack batch" and "2026-03"
+    kind: str  # kind, name: such as "rack batch" and "2026-03"
     name: str
     share: Annotated[float, "", POSITIVE]  # share of the cars; the rest of a kind forms a group "others"
-    friction: Annotated[float, "N*m"] = 0.0  # additional friction of its cars [N*m]
-    warmer: Annotated[float, "K"] = 0.0  # additional ambient temperature of its cars [K]
+    friction: Annotated[float, "N*m"] = 0.0  # additional friction of its cars
+    warmer: Annotated[float, "K"] = 0.0  # additional ambient temperature of its cars
 
 
 @dataclass(frozen=True)
 class Season:
     """Ambient temperature over the year."""
 
-    mean: Annotated[float, "K", POSITIVE] = 283.15  # mean over the year [K]
-    amplitude: Annotated[float, "K", NOT_NEGATIVE] = 9.0  # amplitude of the annual cycle [K]
-    weather: Annotated[float, "K", NOT_NEGATIVE] = 4.0  # standard deviation from day to day [K]
+    mean: Annotated[float, "K", POSITIVE] = 283.15  # mean over the year
+    amplitude: Annotated[float, "K", NOT_NEGATIVE] = 9.0  # amplitude of the annual cycle
+    weather: Annotated[float, "K", NOT_NEGATIVE] = 4.0  # standard deviation from day to day
     winter: bool = True  # whether cars stand on winter tyres from November to March
 
 
@@ -50,26 +91,21 @@ class FleetFile:
     start: str  # first day, as an ISO date
     description: str = ""
     seed: Annotated[int, "", NOT_NEGATIVE] = 1
-    weeks: Annotated[int, "", POSITIVE] = 52  # duration of the study [weeks]
+    weeks: Annotated[int, "", POSITIVE] = 52
     drives_per_week: Annotated[int, "", POSITIVE] = 1
-    duration: Annotated[float, "s", POSITIVE] = 300.0  # duration of a drive [s]
+    duration: Annotated[float, "s", POSITIVE] = 300.0  # duration of a drive
     vehicle: str = "midsize-eps"  # parameter set that the monitors assume, as a shipped name
-    friction: Annotated[float, "N*m", POSITIVE] = 4.0  # mean friction of the fault-free cars at 15 °C [N*m]
-    # standard deviation of friction from car to car [N*m]
-    friction_deviation: Annotated[float, "N*m", NOT_NEGATIVE] = 0.2
-    # change of friction with temperature [N*m/K]; grease stiffens in the cold
-    per_kelvin: Annotated[float, "N*m/K"] = -0.01
-    per_metre: Annotated[float, "N*m/m"] = 2e-9  # rise of friction with mileage [N*m/m]; 0.02 N*m per 10 000 km is 2e-9
-    # mileage_per_year, mileage_deviation: median mileage of the cars [m], log-normal with this relative deviation
-    mileage_per_year: Annotated[float, "m", POSITIVE] = 1.5e7
+    friction: Annotated[float, "N*m", POSITIVE] = 4.0  # mean friction of the fault-free cars at 15 °C
+    friction_deviation: Annotated[float, "N*m", NOT_NEGATIVE] = 0.2  # standard deviation from car to car
+    per_kelvin: Annotated[float, "N*m/K"] = -0.01  # change with temperature; grease stiffens in the cold
+    per_metre: Annotated[float, "N*m/m"] = 2e-9  # rise with mileage; 0.02 N*m per 10 000 km is 2e-9
+    mileage_per_year: Annotated[float, "m", POSITIVE] = 1.5e7  # median of the cars, log-normal
     mileage_deviation: Annotated[float, "", NOT_NEGATIVE] = 0.4
-    # age of the oldest car at the start [s]; ages are uniformly distributed
-    age: Annotated[float, "s", NOT_NEGATIVE] = 3.0 * YEAR * SECONDS_PER_DAY
-    season: Season = field(default_factory=Season)  # ambient temperature over the year
+    age: Annotated[float, "s", NOT_NEGATIVE] = 3.0 * YEAR * SECONDS_PER_DAY  # greatest age at the start, uniform
+    season: Season = field(default_factory=Season)
     groups: tuple[Group, ...] = ()
-    ageing: tuple[Ageing, ...] = ()  # ageing of some of the cars
-    # share of outlier drives at estimate level, with an error five times as large
-    wrong_share: Annotated[float, "", NOT_NEGATIVE] = 0.005
+    ageing: tuple[Ageing, ...] = ()
+    wrong_share: Annotated[float, "", NOT_NEGATIVE] = 0.005  # outliers at estimate level: errors five times as large
 
     def __post_init__(self) -> None:
         _first_day(self.start)
@@ -82,11 +118,7 @@ class FleetFile:
 
 
 def load(path: str | Path) -> FleetFile:
-    """Read the virtual fleet of a file.
-
-    Raises:
-        ParameterError: the file does not exist or has an error (message: file, line, nearest name)
-    """
+    """Read the virtual fleet of a file."""
     document = Document.read(expanded(str(path)), "virtual fleet")
     made: FleetFile = build(FleetFile, document.content, document)
     return made
@@ -116,10 +148,10 @@ class VirtualCars:
     file: FleetFile
     names: tuple[str, ...]
     labels: Mapping[str, tuple[str, ...]]  # kind of cohort -> name of each car's cohort
-    day: np.ndarray  # day of each drive since 1970 [d], (cars, drives)
-    temperature: np.ndarray  # ambient temperature [K], (cars, drives)
-    mileage: np.ndarray  # mileage [m], (cars, drives)
-    friction: np.ndarray  # true friction [N*m], (cars, drives)
+    day: np.ndarray  # day of each drive since 1970 [d]
+    temperature: np.ndarray  # ambient temperature [K]
+    mileage: np.ndarray  # [m]
+    friction: np.ndarray  # true friction [N*m]
     ageing: tuple[str, ...]  # name of each car's ageing; "" for none
     begin: np.ndarray  # day on which the ageing begins, (cars,); NaN for none
 
@@ -136,7 +168,7 @@ def drawn(file: FleetFile) -> VirtualCars:
     first, count = _first_day(file.start), file.weeks * file.drives_per_week
     span = 7.0 / file.drives_per_week
     day = first + span * (np.arange(count) + chance.uniform(0.1, 0.9, (file.cars, count)))
-    labels, friction, warmer = _groups(file, next(streams))
+    labels, excess, warmer = _groups(file, next(streams))
     chance = next(streams)
     wave = file.season.amplitude * np.cos(2.0 * np.pi * (day - HOTTEST) / YEAR)
     temperature = file.season.mean + warmer[:, None] + wave + file.season.weather * chance.standard_normal(day.shape)
@@ -145,21 +177,20 @@ def drawn(file: FleetFile) -> VirtualCars:
     age = chance.uniform(0.0, file.age / SECONDS_PER_DAY, file.cars)
     mileage = rate[:, None] * (day - first + age[:, None])
     chance = next(streams)
-    own = file.friction + file.friction_deviation * chance.standard_normal(file.cars) + friction
+    own = file.friction + file.friction_deviation * chance.standard_normal(file.cars) + excess
     level = own[:, None] + file.per_kelvin * (temperature - REFERENCE) + file.per_metre * mileage
     ageing, begin, added = _aged(file, day, first, next(streams))
-    width = len(str(file.cars))
-    return VirtualCars(
-        file,
-        tuple(f"car-{number + 1:0{width}d}" for number in range(file.cars)),
-        labels,
-        day,
-        temperature,
-        mileage,
-        np.maximum(level + added, 0.0),
-        ageing,
-        begin,
-    )
+    names = tuple(f"car-{number + 1:0{len(str(file.cars))}d}" for number in range(file.cars))
+    friction = np.maximum(level + added, 0.0)
+    return VirtualCars(file, names, labels, day, temperature, mileage, friction, ageing, begin)
+
+
+def _shared(order: np.ndarray, among: Sequence[Group] | Sequence[Ageing]) -> Iterator[tuple[Any, np.ndarray]]:
+    """Exact numbers of cars instead of draws: a batch with a share of 0.02 in 1 000 cars has 20 cars."""
+    taken = 0.0
+    for each in among:
+        yield each, order[round(taken * len(order)) : round((taken + each.share) * len(order))]
+        taken += each.share
 
 
 def _groups(file: FleetFile, chance: np.random.Generator) -> tuple[dict[str, tuple[str, ...]], np.ndarray, np.ndarray]:
@@ -167,17 +198,13 @@ def _groups(file: FleetFile, chance: np.random.Generator) -> tuple[dict[str, tup
     labels: dict[str, tuple[str, ...]] = {}
     friction, warmer = np.zeros(file.cars), np.zeros(file.cars)
     for kind in dict.fromkeys(each.kind for each in file.groups):
-        order = chance.permutation(file.cars)
-        names = ["others"] * file.cars
-        first = 0.0
-        for group in (each for each in file.groups if each.kind == kind):
-            # Exact counts instead of draws: a batch of 20 cars in 1 000 has 20 cars.
-            chosen = order[round(first * file.cars) : round((first + group.share) * file.cars)]
-            first += group.share
+        names = np.array(["others"] * file.cars, object)
+        for group, chosen in _shared(
+            chance.permutation(file.cars), [each for each in file.groups if each.kind == kind]
+        ):
             friction[chosen] += group.friction
             warmer[chosen] += group.warmer
-            for car in chosen:
-                names[car] = group.name
+            names[chosen] = group.name
         labels[kind] = tuple(names)
     return labels, friction, warmer
 
@@ -186,13 +213,9 @@ def _aged(
     file: FleetFile, day: np.ndarray, first: float, chance: np.random.Generator
 ) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
     """Name and begin of each car's ageing, and the friction that it adds to every drive [N*m]."""
-    names, begin, added = [""] * file.cars, np.full(file.cars, np.nan), np.zeros(day.shape)
-    order, taken = chance.permutation(file.cars), 0.0
-    for each in file.ageing:
-        chosen = order[round(taken * file.cars) : round((taken + each.share) * file.cars)]
-        taken += each.share
-        begin[chosen] = first + chance.uniform(*each.begin, len(chosen)) / SECONDS_PER_DAY
+    names, begin, added = np.array([""] * file.cars, object), np.full(file.cars, np.nan), np.zeros(day.shape)
+    for each, chosen in _shared(chance.permutation(file.cars), file.ageing):
+        begin[chosen] = first + chance.uniform(each.begin[0], each.begin[1], len(chosen)) / SECONDS_PER_DAY
         added[chosen] = each.law.added(day[chosen], begin[chosen, None])
-        for car in chosen:
-            names[car] = each.name
+        names[chosen] = each.name
     return tuple(names), begin, added

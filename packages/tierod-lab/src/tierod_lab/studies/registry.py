@@ -47,7 +47,6 @@ STUDIES: Mapping[str, Study] = {
                 "estimator": "tierod's default estimator",
                 "verdict": "tierod's verdict",
                 "laws": "Friction laws outside the estimator's model",
-                "plant": "The drives themselves",
             },
         ),
         Study(
@@ -130,7 +129,6 @@ STUDIES: Mapping[str, Study] = {
                 "unknown": "By the brochure alone",
                 "identified": "After one drive has identified the car",
                 "verdicts": "False verdicts",
-                "cost": "Cost of the spread",
                 "real": "Real cars",
             },
         ),

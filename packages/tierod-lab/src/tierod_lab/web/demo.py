@@ -8,8 +8,7 @@ CARS, WEEKS = 120, 52  # Numbers of cars and of weeks of the demo fleet
 
 
 def demo_fleet(folder: Path) -> None:
-    from tierod_lab.fleet.ageing import SECONDS_PER_DAY, Ageing, Linear
-    from tierod_lab.fleet.virtual import FleetFile, Group, drawn
+    from tierod_lab.fleet.virtual import SECONDS_PER_DAY, Ageing, FleetFile, Group, Linear, drawn
     from tierod_lab.fleet.writing import shipped_law, write_estimates
 
     day = SECONDS_PER_DAY

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,20 +16,19 @@ CURRENT_NOISE, VOLTAGE_NOISE, ANGLE_NOISE = 2.5e-3, 2.3e-3, 5e-4
 HELD, RAMP = 0.5, 0.1  # Interval between changes of speed, and duration of the ramp to the next speed at its start [s]
 
 
-@dataclass(frozen=True)
-class Machine:
-    """A permanent-magnet synchronous machine with its supply and load."""
+class Machine(NamedTuple):
+    """A permanent-magnet synchronous machine with its supply and load, in SI units."""
 
-    resistance: float  # phase resistance [ohm]
-    direct: float  # direct, quadrature: inductances of the d and q axes [H]
+    resistance: float
+    direct: float  # direct, quadrature: inductances of the d and q axes
     quadrature: float
-    flux: float  # flux linkage of the magnets [V*s]
-    pole_pairs: int  # electrical turns per mechanical turn
-    inertia: float  # inertia of rotor and load [kg*m**2]
-    supply: float  # supply voltage of the converter [V]
-    current: float  # largest amplitude of the phase current [A]
-    speed: float  # largest electrical speed [rad/s]
-    load: float  # largest load torque [N*m]
+    flux: float
+    pole_pairs: int
+    inertia: float  # of rotor and load
+    supply: float  # supply voltage of the converter
+    current: float  # largest amplitude of the phase current
+    speed: float  # largest electrical speed
+    load: float  # largest load torque
 
 
 MACHINES = {
@@ -41,40 +39,37 @@ MACHINES = {
     "2.2 kW, surface magnets": Machine(3.6, 0.043, 0.043, 0.545, 3, 0.015, 540.0, 9.0, 280.0, 8.0),
     "2.2 kW, interior magnets": Machine(3.6, 0.036, 0.051, 0.545, 3, 0.015, 540.0, 9.0, 280.0, 8.0),
 }
-"""Machines by name; the last is motulator's own example, the others are assumed. Inertias include the driven load."""
+"""Machines by name; the last is motulator's own example, the others are assumed."""
 
 
-@dataclass(frozen=True, eq=False)
-class MotorDrive:
+class MotorDrive(NamedTuple):
     """A recorded drive."""
 
     samples: np.ndarray  # signals of `MotorAngleSample` every `SAMPLE_TIME`, (n, signals); NaN where a signal is absent
     angle: np.ndarray  # true mechanical angle of the shaft [rad], (n,)
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=4)
 def motor_drive(name: str, seed: int, seconds: float) -> MotorDrive:
     """Simulate a drive in both directions under motulator's current vector control with a position sensor.
 
     Args:
         name: name in `MACHINES`
-        seconds: duration [s]
 
     Raises:
         InputError: motulator is not installed
     """
     machine, random = MACHINES[name], np.random.default_rng([seed, sorted(MACHINES).index(name)])
     current, voltage, angle = _simulated(machine, random, seconds)
-    shape = (len(angle), 2)
-    currents = np.column_stack([current.real, current.imag])
-    currents = currents + CURRENT_NOISE * machine.current * random.normal(size=shape)
-    voltages = np.column_stack([voltage.real, voltage.imag])
-    voltages = voltages + VOLTAGE_NOISE * machine.supply * random.normal(size=shape)
+    columns = dict[str, np.ndarray]()
+    for what, true, noise in (
+        ("current", current, CURRENT_NOISE * machine.current),
+        ("voltage", voltage, VOLTAGE_NOISE * machine.supply),
+    ):
+        both = np.column_stack([true.real, true.imag]) + noise * random.normal(size=(len(angle), 2))
+        columns |= {f"motor_{what}_alpha": both[:, 0], f"motor_{what}_beta": both[:, 1]}
+    columns["motor_angle_mechanical"] = angle + ANGLE_NOISE * random.normal(size=len(angle))
     samples = np.full((len(angle), len(MotorAngleSample._fields)), np.nan)
-    sensed = angle + ANGLE_NOISE * random.normal(size=len(angle))
-    columns = {"motor_current_alpha": currents[:, 0], "motor_current_beta": currents[:, 1]}
-    columns |= {"motor_voltage_alpha": voltages[:, 0], "motor_voltage_beta": voltages[:, 1]}
-    columns["motor_angle_mechanical"] = sensed
     for each, values in columns.items():
         samples[:, MotorAngleSample._fields.index(each)] = values
     return MotorDrive(samples, angle)
@@ -84,41 +79,31 @@ def _simulated(
     machine: Machine, random: np.random.Generator, seconds: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Complex stator-frame currents [A] and mean voltages [V] of each sample, and mechanical shaft angle [rad]."""
-    model, sm, parts = _motulator()
-    levels = machine.speed * random.uniform(-1.0, 1.0, round(seconds / HELD) + 2)
-    loads = machine.load * random.uniform(-1.0, 1.0, len(levels))
-    knots = [0.0] + [at for k in range(1, len(levels)) for at in (k * HELD, k * HELD + RAMP)]
-    speeds = [0.0] + [speed for k in range(1, len(levels)) for speed in ([0.0, *levels[1:]][k - 1], levels[k])]
-
-    def load(time: Any) -> Any:
-        return loads[np.minimum((np.asarray(time) / HELD).astype(int), len(loads) - 1)]
-
-    given = parts(
-        n_p=machine.pole_pairs, R_s=machine.resistance, L_d=machine.direct, L_q=machine.quadrature, psi_f=machine.flux
-    )
-    drive = model.Drive(
-        model.VoltageSourceConverter(u_dc=machine.supply),
-        model.SynchronousMachine(given),
-        model.StiffMechanicalSystem(J=machine.inertia, tau_L=load),
-    )
-    reference = sm.CurrentReferenceCfg(given, nom_w_m=2.0 * machine.speed, max_i_s=machine.current)
-    control = sm.CurrentVectorControl(given, reference, T_s=SAMPLE_TIME, J=machine.inertia, sensorless=False)
-    control.ref.w_m = lambda time: float(np.interp(time, knots, speeds))
-    model.Simulation(drive, control).simulate(t_stop=seconds)
-    seen = control.data
-    phases = np.asarray(seen.ref.d_abc) * machine.supply
-    made = (2.0 / 3.0) * (phases @ np.exp(2j * np.pi / 3.0 * np.arange(3)))
-    # The converter applies a command one sample after its computation and holds it for one sample, so that the mean
-    # voltage of the interval that ends at sample k is the command of k - 2.
-    voltage = np.concatenate([[0.0, 0.0], made[:-2]])
-    return np.asarray(seen.fbk.i_ss), voltage, np.unwrap(np.asarray(seen.fbk.theta_m)) / machine.pole_pairs
-
-
-def _motulator() -> tuple[Any, Any, Any]:
     try:
         from motulator.drive import model
         from motulator.drive.control import sm
         from motulator.drive.utils import SynchronousMachinePars
     except ImportError:
         raise InputError("the drives of motulator are not here to judge on; pip install motulator") from None
-    return model, sm, SynchronousMachinePars
+    m = machine
+    levels = m.speed * random.uniform(-1.0, 1.0, round(seconds / HELD) + 2)
+    loads = m.load * random.uniform(-1.0, 1.0, len(levels))
+    knots = [0.0] + [at for k in range(1, len(levels)) for at in (k * HELD, k * HELD + RAMP)]
+    speeds = [0.0] + [speed for k in range(1, len(levels)) for speed in ([0.0, *levels[1:]][k - 1], levels[k])]
+    given = SynchronousMachinePars(n_p=m.pole_pairs, R_s=m.resistance, L_d=m.direct, L_q=m.quadrature, psi_f=m.flux)
+    load = lambda time: loads[np.minimum((np.asarray(time) / HELD).astype(int), len(loads) - 1)]  # noqa: E731
+    drive = model.Drive(
+        model.VoltageSourceConverter(u_dc=m.supply),
+        model.SynchronousMachine(given),
+        model.StiffMechanicalSystem(J=m.inertia, tau_L=load),
+    )
+    reference = sm.CurrentReferenceCfg(given, nom_w_m=2.0 * m.speed, max_i_s=m.current)
+    control = sm.CurrentVectorControl(given, reference, T_s=SAMPLE_TIME, J=m.inertia, sensorless=False)
+    control.ref.w_m = lambda time: float(np.interp(time, knots, speeds))
+    model.Simulation(drive, control).simulate(t_stop=seconds)
+    seen = control.data
+    made = (2.0 / 3.0) * m.supply * (np.asarray(seen.ref.d_abc) @ np.exp(2j * np.pi / 3.0 * np.arange(3)))
+    # The converter applies a command one sample after its computation and holds it for one sample, so that the mean
+    # voltage of the interval that ends at sample k is the command of k - 2.
+    voltage = np.concatenate([[0.0, 0.0], made[:-2]])
+    return np.asarray(seen.fbk.i_ss), voltage, np.unwrap(np.asarray(seen.fbk.theta_m)) / m.pole_pairs

@@ -15,23 +15,18 @@ from tierod_lab.papers.condition.real_cars import RealCar
 
 RATE = 100.0  # Sampling rate of the recording [Hz]
 STEERING_RATIO, AXLE_STIFFNESS = 1.0 / 16.0, (107e3, 119e3)
-"""Road wheel angle over steering wheel angle, which CommonRoad does not give; cornering stiffness of the axles [N/rad].
-
-The stiffnesses follow from the coefficient 21.9 of CommonRoad's tyres, per load and friction.
-"""
-NOISES = {
-    "wheel_speed_front_left": 0.02,
-    "wheel_speed_front_right": 0.02,
-    "wheel_speed_rear_left": 0.02,
-    "wheel_speed_rear_right": 0.02,
-    "yaw_rate": 3e-3,
-    "steering_wheel_angle": 5e-3,
-    "lateral_acceleration": 0.05,
-    "longitudinal_acceleration": 0.05,
+"""Road wheel angle over steering wheel angle, which CommonRoad does not give; cornering stiffness of the axles [N/rad],
+from the coefficient 21.9 of CommonRoad's tyres, per load and friction."""
+# The model names left the wheels that roll faster in a left turn, so that its sides are interchanged.
+WHEELS = ("front_right", "front_left", "rear_right", "rear_left")
+READINGS = {
+    **{f"wheel_speed_{each}": (0.02, "m/s") for each in ("front_left", "front_right", "rear_left", "rear_right")},
+    "yaw_rate": (3e-3, "rad/s"),
+    "steering_wheel_angle": (5e-3, "rad"),
+    "lateral_acceleration": (0.05, "m/s**2"),
+    "longitudinal_acceleration": (0.05, "m/s**2"),
 }
-"""Standard deviation of the noise of each signal, in its unit."""
-UNITS = {"wheel": "m/s", "yaw": "rad/s", "steering": "rad", "lateral": "m/s**2", "longitudinal": "m/s**2"}
-"""Unit of a signal by the first word of its name."""
+"""Standard deviation of the noise of each signal, and its unit."""
 
 
 @dataclass(frozen=True)
@@ -44,16 +39,10 @@ class MultibodyCar(RealCar):
     def known(self) -> Vehicle:
         """Vehicle with the parameters of CommonRoad's car; all others are those of the RAV4."""
         base, given = load("rav4"), _parameters()
-        values = {
-            "mass": given.m,
-            "yaw_inertia": given.I_z,
-            "front_distance": given.a,
-            "rear_distance": given.b,
-            "track_width": given.T_r,
-            "front_cornering_stiffness": AXLE_STIFFNESS[0],
-            "rear_cornering_stiffness": AXLE_STIFFNESS[1],
-            "steering_ratio": STEERING_RATIO,
-        }
+        values = {"mass": given.m, "yaw_inertia": given.I_z, "track_width": given.T_r}
+        values |= {"front_distance": given.a, "rear_distance": given.b, "steering_ratio": STEERING_RATIO}
+        stiffness = zip(("front_cornering_stiffness", "rear_cornering_stiffness"), AXLE_STIFFNESS, strict=True)
+        values |= dict(stiffness)
         changed = {name: replace(base.parameters[name], value=float(value)) for name, value in values.items()}
         return replace(base, parameters={**base.parameters, **changed})
 
@@ -68,9 +57,6 @@ class MultibodyCar(RealCar):
 @lru_cache(maxsize=4)
 def multibody_drive(seed: int, seconds: float) -> Recording:
     """Simulate a drive through bends of up to some 2.5 m/s2, between 8 and 20 m/s.
-
-    Args:
-        seconds: duration [s]
 
     Raises:
         InputError: the package `commonroad-vehicle-models` is not installed
@@ -89,35 +75,24 @@ def multibody_drive(seed: int, seconds: float) -> Recording:
         target = float(np.interp(instant, knots, speeds))
         wanted = float(np.interp(instant, knots, lateral)) * (given.a + given.b) / target**2
         rate = float(np.clip(4.0 * (wanted - state[2]), -0.3, 0.3))
-        rates: list[float] = vehicle_dynamics_mb(
-            list(state), [rate, float(np.clip(target - state[3], -2.0, 2.0))], given
-        )
+        along = float(np.clip(target - state[3], -2.0, 2.0))
+        rates: list[float] = vehicle_dynamics_mb(list(state), [rate, along], given)
         return rates
 
     time = np.arange(round(seconds * RATE)) / RATE
     begin = np.array(init_mb([0.0, 0.0, 0.0, speeds[0], 0.0, 0.0, 0.0], given), float)
     states = solve_ivp(slope, (0.0, time[-1]), begin, "LSODA", t_eval=time, rtol=1e-6, atol=1e-8, max_step=0.02).y
-    return _recording(time, _signals(states, given), random)
-
-
-def _signals(states: np.ndarray, given: Any) -> dict[str, np.ndarray]:
     along, yaw, across = states[3], states[5], states[10]
-    # The model names left the wheels that roll faster in a left turn, so that its sides are interchanged.
-    names = ("front_right", "front_left", "rear_right", "rear_left")
-    found = {f"wheel_speed_{name}": given.R_w * states[23 + place] for place, name in enumerate(names)}
-    return found | {
+    signals = {f"wheel_speed_{name}": given.R_w * states[23 + place] for place, name in enumerate(WHEELS)} | {
         "yaw_rate": yaw,
         "steering_wheel_angle": states[2] / STEERING_RATIO,
         "lateral_acceleration": np.gradient(across, 1.0 / RATE) + along * yaw,
         "longitudinal_acceleration": np.gradient(along, 1.0 / RATE) - across * yaw,
     }
-
-
-def _recording(time: np.ndarray, signals: dict[str, np.ndarray], random: np.random.Generator) -> Recording:
     channels = {}
-    for name, deviation in NOISES.items():
+    for name, (deviation, unit) in READINGS.items():
         read = signals[name] + deviation * random.normal(size=len(time))
-        channels[name] = Channel(name, time, read, UNITS[name.partition("_")[0]])
+        channels[name] = Channel(name, time, read, unit)
     return Recording(channels, {"source": "commonroad-vehicle-models"})
 
 

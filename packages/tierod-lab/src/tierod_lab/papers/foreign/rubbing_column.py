@@ -19,50 +19,43 @@ import numpy as np
 STEP, EVERY = 5e-4, 20  # Step of the integration [s], and number of steps per sample of 100 Hz
 LUGRE, MAXWELL = "LuGre", "generalised Maxwell slip"
 ELEMENTS = 6  # Number of elements of generalised Maxwell slip
-SIGNALS = (
-    "steering_wheel_angle",
-    "steering_wheel_rate",
-    "yaw_rate",
-    "lateral_acceleration",
-    "driver_torque",
-    "motor_torque",
-    "vehicle_speed",
-)
-"""Recorded signals, in the order of the columns."""
-NOISE = (1e-3, 0.01, 3e-3, 0.1, 0.05, 5e-3, 0.05)
-"""Standard deviations of the noise of `SIGNALS` [rad, rad/s, rad/s, m/s**2, N*m, N*m, m/s]."""
+SIGNALS = {
+    "steering_wheel_angle": 1e-3,
+    "steering_wheel_rate": 0.01,
+    "yaw_rate": 3e-3,
+    "lateral_acceleration": 0.1,
+    "driver_torque": 0.05,
+    "motor_torque": 5e-3,
+    "vehicle_speed": 0.05,
+}
+"""Recorded signals, in the order of the columns, with the standard deviation of their noise, in SI units."""
 
 
 @dataclass(frozen=True)
 class RubbingCar:
     """Parameters of the car in SI units; nominal values are typical of a mid-size car of 1.6 t."""
 
-    # friction law; level: friction at high sliding speed; excess: relative excess of friction at rest, which decays
-    # with the Stribeck velocity `stribeck`
     law: str
-    level: float
-    mass: float = 1600.0  # mass, yaw_inertia, front, rear: body, and distances of its centre of gravity from the axles
+    level: float  # friction at high sliding speed
+    mass: float = 1600.0
     yaw_inertia: float = 2800.0
-    front: float = 1.14
+    front: float = 1.14  # front, rear: distances of the axles from the centre of gravity
     rear: float = 1.69
-    # front_stiffness, rear_stiffness: cornering stiffness of the axles; grip: largest lateral force over the load
-    front_stiffness: float = 110e3
+    front_stiffness: float = 110e3  # front_stiffness, rear_stiffness: cornering stiffness of the axles
     rear_stiffness: float = 130e3
-    grip: float = 0.95
-    # mechanical_trail, pneumatic_trail, relaxation: trails and relaxation length of the front tyres
+    grip: float = 0.95  # largest lateral force over the load
     mechanical_trail: float = 0.025
     pneumatic_trail: float = 0.027
-    relaxation: float = 0.4
+    relaxation: float = 0.4  # relaxation length of the front tyres
     ratio: float = 1.0 / 15.5  # ratio, motor_ratio: turns of road wheel and motor per turn of the column
     motor_ratio: float = 20.0
-    # wheel_inertia, pinion_inertia, shaft, shaft_damping, wheel_damping, pinion_damping: column and its elastic shaft
     wheel_inertia: float = 0.035
     pinion_inertia: float = 0.065
     shaft: float = 120.0
     shaft_damping: float = 0.3
     wheel_damping: float = 0.05
     pinion_damping: float = 0.75
-    excess: float = 0.1
+    excess: float = 0.1  # relative excess of friction at rest, which decays with the Stribeck velocity
     stribeck: float = 0.3
     build_up: float = math.radians(0.8)  # angle over which friction builds up
 
@@ -75,11 +68,7 @@ class Course(NamedTuple):
 
 
 def course(minutes: float, seed: int) -> Course:
-    """Bends of 0.5 to 3 m/s2 in both directions and straights, at 10 to 27 m/s, with small motions of the hands.
-
-    Args:
-        minutes: duration [min]
-    """
+    """Bends of 0.5 to 3 m/s2 in both directions and straights, at 10 to 27 m/s, with small motions of the hands."""
     random = np.random.default_rng([seed, 1])
     count = round(60.0 * minutes / STEP)
     time = STEP * np.arange(count)
@@ -104,11 +93,7 @@ def course(minutes: float, seed: int) -> Course:
 
 
 def driven(car: RubbingCar, way: Course, seed: int) -> np.ndarray:
-    """Simulate the car; returns sensor readings every 10 ms in the order of `SIGNALS`, (n, 7).
-
-    Args:
-        way: result of `course`
-    """
+    """Simulate the car; returns sensor readings every 10 ms in the order of `SIGNALS`, (n, 7)."""
     friction = _LuGre(car) if car.law == LUGRE else _Maxwell(car)
     count = len(way.angle) // EVERY
     seen = np.empty((count, len(SIGNALS)))
@@ -138,7 +123,7 @@ def driven(car: RubbingCar, way: Course, seed: int) -> np.ndarray:
         yaw += STEP / car.yaw_inertia * (car.front * force - car.rear * behind)
         if k % EVERY == EVERY - 1:
             seen[k // EVERY] = wheel, wheel_rate, yaw, across, bar, motor, speed
-    return seen + np.random.default_rng([seed, 2]).normal(size=seen.shape) * NOISE
+    return seen + np.random.default_rng([seed, 2]).normal(size=seen.shape) * list(SIGNALS.values())
 
 
 def _assist(bar: float, speed: float) -> float:

@@ -2,25 +2,102 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from tierod.core.errors import ParameterError, nearest
 from tierod.core.recording import Recording
-from tierod_lab.ground import FrictionCourse, SensorSet, drive
-from tierod_lab.papers.friction.setups import CONDITIONS, LAWS, SCATTERS, TYRES, USUAL_LAW, Setup, usual
+from tierod_lab.ground import EpsCar, FrictionCourse, Scatter, SensorSet, TwoTrack, drive
+from tierod_lab.ground.chassis.tyres import TYRES
+from tierod_lab.ground.courses.course import Restlessness
+from tierod_lab.ground.courses.roads import AnyRoad, City, Country, Motorway
+from tierod_lab.ground.run import CHANNELS
+from tierod_lab.ground.steering.column_eps import WormGear
+from tierod_lab.ground.steering.friction import Coulomb, Dahl, DahlPower, LuGre, MaxwellSlip, Stribeck
 
 HEALTHY = 4.0  # Friction of the fault-free steering [N*m]; Table 1 of the paper
 
-ADDED = {"PWM 15%": 1.5, "PWM 20%": 4.0, "PWM 25%": 8.5}
-"""Friction that the paper's clutch brake adds [N*m]: middle of every range in Table 1."""
+STATES = {"Healthy": HEALTHY} | {"PWM 15%": 5.5, "PWM 20%": 8.0, "PWM 25%": 12.5}
+"""Total friction of every health state [N*m]: the clutch brake adds the middle of every range in Table 1."""
 
-STATES = {"Healthy": HEALTHY} | {name: HEALTHY + added for name, added in ADDED.items()}
-"""Total friction of every health state [N*m]."""
+RATIO_GROWTH = 0.06
+"""Growth of the steering ratio with the squared angle [1/rad**2]: 15 % more direct at a quarter turn; assumed."""
 
 _CARS = 77  # Number of the random stream that draws the cars; the first word of its seed is the car's
+
+
+@dataclass(frozen=True)
+class Setup:
+    """A car with its sensors and roads."""
+
+    car: EpsCar  # the true car, which the estimators do not have
+    sensors: SensorSet  # sensors of the channels on its bus
+    roads: tuple[AnyRoad, ...]  # kinds of road, in driving order
+
+
+Change = Callable[[Setup], Setup]
+
+
+def _steering(**changes: Any) -> Change:
+    def change(setup: Setup) -> Setup:
+        return replace(setup, car=replace(setup.car, steering=replace(setup.car.steering, **changes)))  # type: ignore[type-var]
+
+    return change
+
+
+def _friction(**changes: Any) -> Change:
+    return lambda setup: _steering(friction=replace(setup.car.steering.friction, **changes))(setup)  # type: ignore[attr-defined]
+
+
+def _noisy_rate(setup: Setup) -> Setup:
+    rate = replace(setup.sensors["steering_wheel_rate"], noise=0.05)
+    return replace(setup, sensors=setup.sensors.with_sensors({"steering_wheel_rate": rate}))
+
+
+def _driven_fast(setup: Setup) -> Setup:
+    roads = tuple(
+        replace(road, lateral_acceleration=5.0, speed=(1.15 * road.speed[0], 1.15 * road.speed[1]))
+        for road in setup.roads
+    )
+    return replace(setup, roads=roads)
+
+
+def _more_direct(setup: Setup) -> Setup:
+    linkage = replace(setup.car.steering.linkage, ratio_growth=RATIO_GROWTH)  # type: ignore[attr-defined]
+    return _steering(linkage=linkage)(setup)
+
+
+LAWS: Mapping[str, Change] = {
+    "Coulomb": _friction(law=Coulomb()),
+    "Dahl 0.3°": _friction(law=Dahl(math.radians(0.3))),
+    "Dahl 1°": _friction(law=Dahl(math.radians(1.0))),
+    "Dahl 3°": _friction(law=Dahl(math.radians(3.0))),
+    "Dahl, exponent 0.5": _friction(law=DahlPower(exponent=0.5)),
+    "Dahl, exponent 2": _friction(law=DahlPower(exponent=2.0)),
+    "LuGre": _friction(law=LuGre()),
+    "Maxwell slip 3°": _friction(law=MaxwellSlip()),
+    "Stribeck 20 %": _friction(law=Stribeck()),
+    "load-dependent 40 %": _friction(load_share=0.4),
+    "worm gear with 0.5° of lash": _steering(worm_gear=WormGear(play=math.radians(0.5))),
+}
+UNKNOWN_LAWS = tuple(LAWS)[4:]  # Laws that the default estimator does not assume: all but the first four of `LAWS`
+
+USUAL, FAST, VARIABLE_RATIO = "as usual", "driven fast, 5 m/s²", "variable steering ratio"
+CONDITIONS: Mapping[str, Change] = {
+    USUAL: lambda setup: setup,
+    "rate noise 0.05 rad/s": _noisy_rate,
+    FAST: _driven_fast,
+    VARIABLE_RATIO: _more_direct,
+}
+
+SCATTERS: Mapping[str, Scatter] = {
+    "usual": Scatter(),
+    "hard": Scatter(tyre_stiffness=0.1, mass=0.08, torque_delay=0.05),
+}
+"""Spread of car and sensors: as between cars of one type, and larger, with delayed torques."""
 
 
 @dataclass(frozen=True)
@@ -34,77 +111,38 @@ class Case:
     car: int | None = None
     scatter: str = "usual"  # spread of car and sensors, a name in `SCATTERS`
     tyres: str = "summer"  # a name in `TYRES`
-    law: str = USUAL_LAW  # friction law, a name in `LAWS`
-    condition: str = "as usual"  # further difference from the usual drive, a name in `CONDITIONS`
-    # fault-free drive of the same car, which gives the baseline; None learns it in this drive
-    reference: Case | None = None
-
-    def __post_init__(self) -> None:
-        named: tuple[tuple[Mapping[str, object], str], ...] = (
-            (TYRES, self.tyres),
-            (LAWS, self.law),
-            (CONDITIONS, self.condition),
-            (SCATTERS, self.scatter),
-        )
-        for names, name in named:
-            if name not in names:
-                raise ParameterError(f"the study does not know '{name}'{nearest(name, names)}")
-
-    @property
-    def level(self) -> float:
-        """Friction level at the start of the drive [N*m]."""
-        return self.friction.levels[0] if isinstance(self.friction, FrictionCourse) else self.friction
-
-    def counted_from(self, first: int) -> Case:
-        """The same case with the seeds of route, car and reference shifted by `first`; unchanged for 0."""
-        if not first:
-            return self
-        reference = None if self.reference is None else self.reference.counted_from(first)
-        car = None if self.car is None else first + self.car
-        return replace(self, route=first + self.route, car=car, reference=reference)
+    law: str = "Dahl 1°"  # friction law, a name in `LAWS`
+    condition: str = USUAL  # further difference from the usual drive, a name in `CONDITIONS`
 
     def setup(self) -> Setup:
         """Car, sensors and roads with tyres, law and condition applied, then drawn at random around them."""
-        setup = usual()
-        for change in (TYRES[self.tyres], LAWS[self.law], CONDITIONS[self.condition]):
-            setup = change(setup)
+        car = EpsCar()
+        assert isinstance(car.chassis, TwoTrack)
+        car = replace(car, chassis=car.chassis.on_tyres(TYRES[self.tyres]))
+        setup = Setup(car, SensorSet.production().only(CHANNELS), (City(), Country(), Motorway()))
+        setup = CONDITIONS[self.condition](LAWS[self.law](setup))
         if self.car is None:
             return setup
         car, sensors = SCATTERS[self.scatter].draw(setup.car, setup.sensors, np.random.default_rng([self.car, _CARS]))
         return replace(setup, car=car, sensors=sensors)
 
-    def recording(self) -> Recording:
-        """Simulates the drive; the channels are those of the sensors, and the truth."""
-        setup = self.setup()
-        recording = drive(
-            setup.car,
-            self.minutes,
-            self.friction,
-            seed=self.route,
-            sensors=_with_motor(setup) if setup.below_bar else setup.sensors,
-            roads=setup.roads,
-            conditions=setup.conditions,
-        )
-        return _column_angle_of_motor(recording, setup) if setup.below_bar else recording
+    def recording(self, with_motor: bool = False) -> Recording:
+        """Simulate the drive; the channels are those of the sensors, and the truth.
+
+        Args:
+            with_motor: whether there are `pinion_angle` and `motor_speed`, as accurate at the column as the steering
+                wheel's angle and rate
+        """
+        setup, conditions = self.setup(), (Restlessness(),)
+        sensors = setup.sensors
+        if with_motor:
+            rate = sensors["steering_wheel_rate"]
+            speed = replace(rate, noise=gear_of(setup.car) * rate.noise)
+            sensors = sensors.with_sensors({"motor_speed": speed, "pinion_angle": sensors["steering_wheel_angle"]})
+        how: dict[str, Any] = {"sensors": sensors, "roads": setup.roads, "conditions": conditions}
+        return drive(setup.car, self.minutes, self.friction, seed=self.route, **how)
 
 
-def _with_motor(setup: Setup) -> SensorSet:
-    """The sensors with those of the motor, which are as accurate at the column as the steering wheel's."""
-    gear = setup.car.steering.motor.ratio  # type: ignore[attr-defined]
-    rate = setup.sensors["steering_wheel_rate"]
-    motor = {
-        "motor_speed": replace(rate, noise=gear * rate.noise),
-        "pinion_angle": setup.sensors["steering_wheel_angle"],
-    }
-    return setup.sensors.with_sensors(motor)
-
-
-def _column_angle_of_motor(recording: Recording, setup: Setup) -> Recording:
-    """The recording with angle and rate of the column, measured at the motor, in place of the steering wheel's."""
-    gear = setup.car.steering.motor.ratio  # type: ignore[attr-defined]
-    angle, speed = recording["pinion_angle"], recording["motor_speed"]
-    below = {
-        "steering_wheel_angle": replace(angle, name="steering_wheel_angle"),
-        "steering_wheel_rate": replace(speed, name="steering_wheel_rate", values=speed.values / gear),
-    }
-    return replace(recording, channels={**recording.channels, **below})
+def gear_of(car: EpsCar) -> float:
+    """Turns of the motor per turn of the column."""
+    return float(car.steering.motor.ratio)  # type: ignore[attr-defined]

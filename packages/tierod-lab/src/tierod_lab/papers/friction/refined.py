@@ -7,16 +7,17 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
-from tierod.core.block import skeleton, values_of
+from tierod.core.block import Scalar, skeleton, values_of
 from tierod.core.errors import ParameterError
-from tierod.core.graph.maths import absolute, all_of, both, present, select, sign, sqrt, where
+from tierod.core.graph.maths import absolute, all_of, both, present, select, sign, sqrt, tanh, where
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.shapes import Belief
-from tierod.methods.filters import EachSignal
 from tierod.models.steering_column import FrictionParameters
-from tierod.monitors.friction.signals import FrictionGate, SteeringSample
+from tierod.monitors.friction.signals import FrictionGate
 from tierod.monitors.friction.verdict import VerdictSample
-from tierod_lab.papers.friction.joint_model import FrictionEstimation
+from tierod.physics.steering import column_torque_of_motor, torque_at_steering_wheel
+from tierod_lab.ground.laws import variable_ratio
+from tierod_lab.papers.friction.joint_model import FrictionEstimation, SmoothFrictionParameters, state_after
 
 OperatingPoint = Literal["measurement", "estimate"]
 
@@ -33,16 +34,12 @@ class FrictionSample(NamedTuple):
 
 
 class Innovation(NamedTuple):
-    """Measured less predicted value, NaN where not measured."""
-
     steering_wheel_angle: Annotated[float, "rad"]
     steering_wheel_rate: Annotated[float, "rad/s"]
     yaw_rate: Annotated[float, "rad/s"]
 
 
 class InnovationVariance(NamedTuple):
-    """Variance of each innovation, as predicted by the filter."""
-
     steering_wheel_angle: Annotated[float, "rad**2"]
     steering_wheel_rate: Annotated[float, "rad**2/s**2"]
     yaw_rate: Annotated[float, "rad**2/s**2"]
@@ -51,13 +48,10 @@ class InnovationVariance(NamedTuple):
 class FrictionEstimate(NamedTuple):
     """Output of the refined monitor after a sample."""
 
-    friction_torque: Annotated[float, "N*m"]  # friction torque at the steering wheel axis
-    # standard deviation computed by the filter; the true error is 5 to 20 times larger in the printed tuning, since Q
-    # contains no errors of the friction model
-    friction_deviation: Annotated[float, "N*m"]
+    friction_torque: Annotated[float, "N*m"]  # at the steering wheel axis
+    friction_deviation: Annotated[float, "N*m"]  # the true error is 5 to 20 times larger in the printed tuning
     enabled: Annotated[float, ""]  # 1 where the sample corrected the friction torque
-    self_aligning_torque: Annotated[float, "N*m"]  # self-aligning torque about the kingpins
-    # innovation, innovation_variance: innovations of the three measurements, and their variances
+    self_aligning_torque: Annotated[float, "N*m"]  # about the kingpins
     innovation: Innovation
     innovation_variance: InnovationVariance
     nis: Annotated[float, ""]  # normalised innovation squared over the measurements that were present
@@ -69,17 +63,11 @@ class Sticking:
     """Treatment of a sticking steering: friction leaves the balance, and the noise of the torque input is raised.
 
     Without it the last friction estimate acts on a standing wheel, and its error enters the self-aligning torque.
-
-    Args:
-        rate: rate below which the steering counts as standing [rad/s]; the lower limit of the gate
-        torque_deviation: standard deviation of the static friction that replaces the dynamic one [N m]; the
-            fault-free friction of the paper's car
-
     Source: an addition to Table 3 of Mohtat et al., see docs/explanation/papers/friction.md.
     """
 
-    rate: Annotated[float, "rad/s"] = 0.05
-    torque_deviation: Annotated[float, "N*m"] = 4.0
+    rate: Annotated[float, "rad/s"] = 0.05  # the steering counts as standing below the lower limit of the gate
+    torque_deviation: Annotated[float, "N*m"] = 4.0  # of static friction: the fault-free friction of the paper's car
 
 
 @dataclass(frozen=True)
@@ -90,17 +78,11 @@ class RefinedFrictionMonitor:
     any missing signal does not change the friction torque.
 
     Args:
-        filter: filter of the joint model (`FrictionEstimation`, or the smooth one if unscented), with
-            `friction_torque` maskable
-        gate: condition under which the friction torque is corrected
         operating_point: where sgn of the rate is taken, appendix B: the latest "measurement" (printed choice: the
             smaller error) or the a posteriori "estimate" (the tighter distribution)
         sticking: treatment of the standing wheel; None as printed
-        low_pass: equal low-pass on all signals, those of the gate included, so that none is delayed against another;
-            None as printed. Needed where the noise of the rate nears the lower limit of the gate (`equal_low_pass`)
-        longest_gap: gap in the signals beyond which motion and self-aligning torque restart from the measurement and
-            only the friction torque is kept [s]; inf never restarts. Without it the held inputs drive the prediction
-            away, and a gap of 10 s in a turn costs 1 to 2 N m, one of 300 s up to 10 N m
+        longest_gap: gap beyond which motion and self-aligning torque restart from the measurement and only friction is
+            kept [s]. Without it a gap of 10 s in a turn costs 1 to 2 N m, one of 300 s up to 10 N m
         settling_time: time after such a restart in which the gate stays closed [s]
 
     Validity: vehicle_speed above 3 m/s, dry friction. With pre-sliding (Dahl) friction the estimate is 4 to 25 %
@@ -112,31 +94,22 @@ class RefinedFrictionMonitor:
     gate: FrictionGate = field(default_factory=FrictionGate)
     operating_point: OperatingPoint = "measurement"
     sticking: Sticking | None = None
-    low_pass: EachSignal | None = None
     longest_gap: Annotated[float, "s"] = 0.2
     settling_time: Annotated[float, "s"] = 0.5
     learnt: ClassVar[Mapping[str, str]] = {}
+
+    Sample = FrictionSample
 
     class State(NamedTuple):
         belief: Belief
         before: Any
         missing_time: Any
         running_time: Any
-        low_pass: Any
 
     def __post_init__(self) -> None:
         if self.filter.maskable != ("friction_torque",):
-            raise ParameterError(
-                f"the filter masks {self.filter.maskable or 'no state'}; build it with maskable=('friction_torque',)"
-            )
-        if self.operating_point not in ("measurement", "estimate"):
-            raise ParameterError(
-                f"operating_point is '{self.operating_point}'; expected 'measurement' or 'estimate' (appendix B)"
-            )
-        if self.low_pass is not None and self.low_pass.signals is not self.Sample:
-            raise ParameterError(
-                f"the low-pass filters {self.low_pass.signals.__name__}; build it with signals={self.Sample.__name__}"
-            )
+            masked = self.filter.maskable or "no state"
+            raise ParameterError(f"the filter masks {masked}; build it with maskable=('friction_torque',)")
 
     @property
     def vehicle_parameters(self) -> FrictionParameters:
@@ -150,8 +123,7 @@ class RefinedFrictionMonitor:
         This estimator models no build-up of friction and learns neither balance nor damping: the verdict gets the
         direction of motion and neutral values instead.
         """
-        speed = getattr(sample, "vehicle_speed", 0.0)
-        conditions = self.gate.conditions(sample.driver_torque, sample.motor_torque, sample.steering_wheel_rate, speed)
+        conditions = self.gate.conditions(sample.driver_torque, sample.motor_torque, sample.steering_wheel_rate)
         return VerdictSample(
             friction_torque=estimate.friction_torque,
             friction_deviation=estimate.friction_deviation,
@@ -169,21 +141,15 @@ class RefinedFrictionMonitor:
             aligning_gain=1.0,
         )
 
-    @property
-    def Sample(self) -> type:
-        """Type of the input sample: six signals, and the speed where the gate has a minimum speed."""
-        return FrictionSample if self.gate.minimum_speed is None else SteeringSample
-
     def init(self) -> State:
-        before = skeleton(self.Sample)
         # An infinite running time: there is no gap yet to settle from.
-        return self.State(self.filter.init(), before, 0.0, inf, self.low_pass.init() if self.low_pass else ())
+        return self.State(self.filter.init(), skeleton(self.Sample), 0.0, inf)
 
-    def step(self, state: State, sample: FrictionSample | SteeringSample) -> tuple[State, FrictionEstimate]:
-        memory, sample = self._filtered(state.low_pass, sample)
+    def step(self, state: State, sample: FrictionSample) -> tuple[State, FrictionEstimate]:
         whole = all_of(*(present(value) for value in values_of(sample)))
         belief, before, running_time = self._restarted(state, sample, whole)
-        enabled = all_of(self._gated(sample), whole, running_time >= self.settling_time)
+        opened = self.gate.opened(sample.driver_torque, sample.motor_torque, sample.steering_wheel_rate)
+        enabled = all_of(opened, whole, running_time >= self.settling_time)
         rate = before.steering_wheel_rate if self.operating_point == "measurement" else belief.mean.steering_wheel_rate
         direction, noise = self._operate(rate)
         belief, estimate = self.filter.step(
@@ -200,7 +166,6 @@ class RefinedFrictionMonitor:
             type(sample)(*(where(present(a), a, b) for a, b in zip(sample, before, strict=True))),
             where(whole, 0.0, state.missing_time + self.filter.parameters.sample_time),
             running_time + self.filter.parameters.sample_time,
-            memory,
         )
         return after, FrictionEstimate(
             estimate.mean.friction_torque,
@@ -219,10 +184,6 @@ class RefinedFrictionMonitor:
             before.driver_torque, before.motor_torque, before.lateral_acceleration, direction
         )
 
-    def _gated(self, sample: Any) -> Any:
-        speed = getattr(sample, "vehicle_speed", 0.0)
-        return self.gate.opened(sample.driver_torque, sample.motor_torque, sample.steering_wheel_rate, speed)
-
     def _restarted(self, state: State, sample: Any, whole: Any) -> tuple[Belief, Any, Any]:
         """Belief, previous sample and running time; after a long gap those of a restart that keeps friction."""
         anew = both(whole, state.missing_time > self.longest_gap)
@@ -239,12 +200,6 @@ class RefinedFrictionMonitor:
         belief = Belief(select(anew, mean, known.mean), select(anew, covariance, known.covariance))
         return belief, select(anew, sample, state.before), where(anew, 0.0, state.running_time)
 
-    def _filtered(self, memory: Any, sample: Any) -> tuple[Any, Any]:
-        if self.low_pass is None:
-            return memory, sample
-        memory, smooth = self.low_pass.step(memory, sample)
-        return memory, type(sample)(*(where(present(a), b, a) for a, b in zip(sample, smooth, strict=True)))
-
     def _operate(self, rate: Any) -> tuple[Any, Any]:
         if self.sticking is None:
             return sign(rate), None
@@ -252,3 +207,86 @@ class RefinedFrictionMonitor:
         driver, *others = self.filter.input_noise
         extra = self.sticking.torque_deviation * self.sticking.torque_deviation
         return where(stands, 0.0, sign(rate)), (where(stands, driver + extra, driver), *others)
+
+
+@dataclass(frozen=True)
+class VariableRatioParameters(SmoothFrictionParameters):
+    """Parameters of the joint model with variable ratio, named as in a vehicle file."""
+
+    # relative growth of the ratio with the squared angle [1/rad^2]; zero is a constant ratio
+    steering_ratio_growth: Annotated[float, "1/rad**2"] = 0.0
+    with_ratio_slope: Annotated[float, ""] = 1.0  # 1 with the term of rho' in eq (19), 0 without
+    with_sign_slope: Annotated[float, ""] = 1.0  # 1 with the term of delta in eq (19), 0 without
+
+
+class LinearisedFrictionEstimation:
+    """The joint model of `FrictionEstimation` with all terms of its linearisation.
+
+    The torques rho(theta) M_z and T_f sgn(theta') are products, whose linearisation has the terms
+    rho'(theta*) M_z* (theta - theta*) and 2 delta(theta'*) T_f* (theta' - theta'*). The paper omits both and prints the
+    second without the factor 2, although d sgn(x)/dx = 2 delta(x). Delta is that of a sign smoothed by tanh over
+    `smoothing_rate`: a damping of T_f / smoothing_rate near standstill, and none at several times that rate.
+
+    Source: Mohtat et al., eq (19).
+    """
+
+    State = FrictionEstimation.State
+    Output = FrictionEstimation.Output
+    Parameters = VariableRatioParameters
+
+    class Input(NamedTuple):
+        driver_torque: Annotated[float, "N*m"]
+        motor_torque: Annotated[float, "N*m"]
+        lateral_acceleration: Annotated[float, "m/s**2"]
+        direction: Annotated[float, ""]
+        angle_there: Annotated[float, "rad"]
+        rate_there: Annotated[float, "rad/s"]
+        aligning_there: Annotated[float, "N*m"]
+        friction_there: Annotated[float, "N*m"]
+
+    @staticmethod
+    def transition(x: FrictionEstimation.State, u: Input, p: VariableRatioParameters) -> FrictionEstimation.State:
+        ratio = variable_ratio(u.angle_there, p.steering_ratio, p.steering_ratio_growth)
+        slope = 2.0 * p.steering_ratio * p.steering_ratio_growth * u.angle_there
+        turned = x.steering_wheel_angle - u.angle_there
+        aligning = torque_at_steering_wheel(x.self_aligning_torque, ratio)
+        aligning = aligning + p.with_ratio_slope * torque_at_steering_wheel(u.aligning_there, slope * turned)
+        net = u.driver_torque + column_torque_of_motor(u.motor_torque, p.motor_ratio) - aligning - _friction(x, u, p)
+        return state_after(x, net, u.lateral_acceleration, p)
+
+    @staticmethod
+    def output(x: FrictionEstimation.State, u: Input, p: VariableRatioParameters) -> FrictionEstimation.Output:
+        return FrictionEstimation.Output(x.steering_wheel_angle, x.steering_wheel_rate, x.yaw_rate)
+
+
+def smooth_sign_slope(rate: Scalar, width: Scalar) -> Scalar:
+    """Derivative [s/rad] of a sign smoothed by tanh, which reaches 76 % at the rate `width`: twice a Dirac delta."""
+    level = tanh(rate / width)
+    return (1.0 - level * level) / width
+
+
+def _friction(x: FrictionEstimation.State, u: LinearisedFrictionEstimation.Input, p: VariableRatioParameters) -> Scalar:
+    turn = smooth_sign_slope(u.rate_there, p.smoothing_rate) * (x.steering_wheel_rate - u.rate_there)
+    return x.friction_torque * u.direction + p.with_sign_slope * u.friction_there * turn
+
+
+@dataclass(frozen=True)
+class LinearisedFrictionMonitor(RefinedFrictionMonitor):
+    """The refined monitor on `LinearisedFrictionEstimation`, which takes the operating point as inputs.
+
+    `operating_point` decides whether its angle and rate are measured or estimated; torque and friction are estimates.
+    Source: Mohtat et al., appendix B.
+    """
+
+    def inputs(self, before: Any, belief: Belief, direction: Any) -> Any:
+        there = before if self.operating_point == "measurement" else belief.mean
+        return LinearisedFrictionEstimation.Input(
+            before.driver_torque,
+            before.motor_torque,
+            before.lateral_acceleration,
+            direction,
+            there.steering_wheel_angle,
+            there.steering_wheel_rate,
+            belief.mean.self_aligning_torque,
+            belief.mean.friction_torque,
+        )

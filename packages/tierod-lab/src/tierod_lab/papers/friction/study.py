@@ -1,87 +1,45 @@
-"""The study of friction: runs all drives first, then yields one part after the other."""
+"""The study of friction: the paper's filters and baseline on drives like its own, then the default monitor."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
-from tierod.core.claims import Claim, exactly
-from tierod.core.content import Heading, Item
-from tierod_lab.papers.friction import (
-    all_terms,
-    baseline,
-    choices,
-    conditions,
-    convergence,
-    exactness,
-    fleet,
-    hysteresis,
-    laws,
-    paper_sets,
-    picture,
-    refined_claims,
-    refined_figures,
-    steps,
-    verdicts,
-)
-from tierod_lab.papers.friction.fleet import GOAL
-from tierod_lab.papers.friction.reported import DRIVES, SEEDS
-from tierod_lab.papers.friction.runs import Drives, run_drives
+from tierod.core.content import Item
+from tierod_lab.papers.friction import default_datasets as default
+from tierod_lab.papers.friction import paper_datasets as paper
+from tierod_lab.papers.friction.charts import charts
+from tierod_lab.papers.friction.reported import SEEDS
+from tierod_lab.studies import engine
 from tierod_lab.studies.effort import Effort, Progress
+from tierod_lab.studies.engine import Dataset
+from tierod_lab.studies.metrics import Frame
 
-WANTS = (
-    paper_sets.wants,
-    convergence.wants,
-    all_terms.wants,
-    conditions.wants,
-    picture.wants,
-    fleet.wants,
-    exactness.wants,
-    laws.wants,
-    steps.wants,
+DATASETS = (
+    Dataset(
+        "sets",
+        "The paper's development and test set (Table 2, Figures 3 and 5 to 9)",
+        paper.over_sets,
+        paper.set_drives,
+        joined=paper.distributions,
+    ),
+    Dataset("positions", "Where the angle is measured, P0 and G", paper.over_positions, paper.position_drives),
+    Dataset("terms", "All terms of eq (19)", paper.over_terms, paper.term_drives),
+    Dataset("turns", "The friction that was injected (Table 1, Figure 10)", paper.turns, lambda effort: [effort.quick]),
+    Dataset(
+        "fleet",
+        "How exact, where no two cars are alike",
+        default.over_fleet,
+        default.fleet_cars,
+        joined=default.with_floor,
+    ),
+    Dataset("steps", "How soon", default.over_steps, default.step_drives),
+    Dataset("laws", "Friction laws outside the estimator's model", default.over_laws, default.law_drives),
 )
-PARTS = (
-    baseline.items,
-    refined_figures.items,
-    refined_claims.items,
-    convergence.items,
-    all_terms.items,
-    choices.items,
-    conditions.items,
-    picture.items,
-    fleet.items,
-    verdicts.items,
-    exactness.items,
-    laws.items,
-    steps.items,
-)
-_DRIVING = 0.9  # Share of the drives in the progress of the study [-]
+"""The datasets, in the order of the report."""
 
 
-def items(effort: Effort, progress: Progress) -> Iterator[Item]:
-    def driving(share: float, what: str) -> None:
-        progress(_DRIVING * share, what)
-
-    drives = run_drives([wanted(effort) for wanted in WANTS], effort, driving, SEEDS.of(DRIVES, 1)[0])
-    for part in PARTS:
-        yield from part(drives, effort)
-    progress(_DRIVING, "lock-to-lock turns")
-    yield from hysteresis.items(hysteresis.turns(effort))
-    yield from _ended(drives)
+def items(effort: Effort, progress: Progress) -> Iterator[Item | Frame]:
+    """All items of the study."""
+    yield from engine.items(Path(__file__).with_name("claims.toml"), DATASETS, effort, progress, charts)
     yield SEEDS.table()
-    progress(1.0, "done")
-
-
-def _ended(drives: Drives) -> Iterator[Item]:
-    if drives.failures:
-        text = [f"{case}: {reason}" for case, reason in drives.failures]
-        yield Heading("Drives that did not end well", tuple(text))
-    yield Claim(
-        "plant.drives-ended",
-        "Every virtual drive of the study runs to its end.",
-        GOAL,
-        None,
-        float(len(drives.failures)),
-        exactly(0.0),
-        "",
-        f"Drives that did not, of {len(drives.failures) + len(drives.digests)}, {drives.hours:.1f} h in all.",
-    )

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, NamedTuple
 
-import numpy as np
-
 from tierod.core.block import Scalar, values_of
-from tierod.core.errors import InputError, ParameterError
-from tierod.core.graph import Result
+from tierod.core.errors import ParameterError
 from tierod.core.graph.maths import absolute, all_of, both, maximum, present, select, sign, where
 from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.monitors.friction.signals import SteeringSample
@@ -35,18 +30,14 @@ _NONE = Moments(0.0, 0.0, 0.0)
 class RollingVariance:
     """Variance of the counted samples of the last `blocks` whole blocks.
 
-    Each block has its own moments, which are merged instead of running sums, so that rounding does not accumulate. The
-    result changes once per block. The window is one of time: a block without counted samples still replaces the oldest.
-
-    Args:
-        block_samples: samples per block, counted or not
-        blocks: blocks per window
+    Moments of blocks are merged instead of running sums, so that rounding does not accumulate. The window is one of
+    time: a block without counted samples still replaces the oldest.
 
     Source: merging after Chan, Golub, LeVeque, The American Statistician 37 (1983) 242.
     """
 
-    block_samples: int
-    blocks: int
+    block_samples: int  # samples per block, counted or not
+    blocks: int  # blocks per window
 
     class Sample(NamedTuple):
         value: float
@@ -107,20 +98,18 @@ def _merge(a: Moments, b: Moments) -> Moments:
 class VarianceParameters:
     """Parameters of the baseline monitor, named as in a vehicle file."""
 
-    mass: Annotated[float, "kg"]  # mass of the vehicle [kg]
-    # front_distance, rear_distance: distances of the axles from the centre of gravity [m]
+    mass: Annotated[float, "kg"]
     front_distance: Annotated[float, "m"]
     rear_distance: Annotated[float, "m"]
-    # front_cornering_stiffness, rear_cornering_stiffness: both tyres of an axle together [N/rad]
-    front_cornering_stiffness: Annotated[float, "N/rad"]
+    front_cornering_stiffness: Annotated[float, "N/rad"]  # both tyres of an axle together
     rear_cornering_stiffness: Annotated[float, "N/rad"]
-    trail: Annotated[float, "m"]  # mechanical and pneumatic trail together, l_p [m]
-    steering_ratio: Annotated[float, ""]  # road wheel angle per steering wheel angle, rho [-]
-    column_inertia: Annotated[float, "kg*m**2"]  # J_eq [kg m^2]
-    column_damping: Annotated[float, "N*m*s/rad"]  # B_eq [N m s/rad], greater than zero
-    motor_ratio: Annotated[float, ""]  # turns of the motor per turn of the wheel, n [-]
-    nominal_friction: Annotated[float, "N*m"]  # T_f of the fault-free steering, which the observer models [N m]
-    sample_time: Annotated[float, "s"] = 0.01  # dt [s]
+    trail: Annotated[float, "m"]  # mechanical and pneumatic trail together, l_p
+    steering_ratio: Annotated[float, ""]  # road wheel angle per steering wheel angle, rho
+    column_inertia: Annotated[float, "kg*m**2"]  # J_eq
+    column_damping: Annotated[float, "N*m*s/rad"]  # B_eq, greater than zero
+    motor_ratio: Annotated[float, ""]  # turns of the motor per turn of the wheel, n
+    nominal_friction: Annotated[float, "N*m"]  # T_f of the fault-free steering, which the observer models
+    sample_time: Annotated[float, "s"] = 0.01  # dt
 
 
 @dataclass(frozen=True)
@@ -130,12 +119,10 @@ class VarianceGate:
     Source: Mohtat et al., section 4.2. On simulated drives it is open 2.7 % of the time (printed: 36 %).
     """
 
-    # least steering wheel angle [rad]; 10 degrees as printed
+    # steering wheel angle of 10 degrees, lateral acceleration from 0.1 to 0.5, slip of the front tyres of 5 degrees
     minimum_angle: Annotated[float, "rad"] = math.radians(10.0)
-    # minimum_acceleration, maximum_acceleration: range of lateral acceleration [m/s^2]; 0.1 and 0.5 as printed
     minimum_acceleration: Annotated[float, "m/s**2"] = 0.1
     maximum_acceleration: Annotated[float, "m/s**2"] = 0.5
-    # largest slip angle of the front tyres [rad]; 5 degrees as printed
     maximum_slip: Annotated[float, "rad"] = math.radians(5.0)
 
     def opened(self, steering_wheel_angle: Scalar, lateral_acceleration: Scalar, front_slip: Scalar) -> Scalar:
@@ -177,8 +164,8 @@ class VarianceFrictionMonitor:
     appears as a self-aligning torque with the sign of the rate. The observer takes the sign from the measured rate.
 
     Args:
-        threshold: variance above which friction is faulty [(N m)^2]; inf gives no verdict. Take it from healthy drives
-            of the same car with `calibrated`: it depends on every parameter error
+        threshold: variance above which friction is faulty [(N m)^2]; inf gives no verdict. Take a high quantile of
+            healthy drives of the same car: it depends on every parameter error
         gate: the printed conditions, or None to count every sample
         literal_sign: eq (1) with the printed minus, which compares the torque with its negative; to show its effect
         pole_rate: triple pole of the observer [1/s]; 15 follows steering and still filters [assumed]
@@ -189,7 +176,7 @@ class VarianceFrictionMonitor:
     The decision statistic is the variance over the threshold; a value above one is a fault.
 
     Source: Mohtat et al., eqs (1) and (2), section 4.1, after Lin and Ghoneim, 2016. In eq (1) the sign is plus and
-    the last numerator C_r, see `tierod.physics.steering`.
+    the last numerator C_r, see `aligning_torque_from_steer`.
     """
 
     parameters: VarianceParameters
@@ -213,23 +200,24 @@ class VarianceFrictionMonitor:
         window: RollingVariance.State
 
     def init(self) -> State:
-        return self.State(AligningTorqueObserver(0.0, 0.0, 0.0), 0.0, 0.0, 0.0, self._window.init())
+        window = RollingVariance(self.block_samples, self.blocks)
+        return self.State(AligningTorqueObserver(0.0, 0.0, 0.0), 0.0, 0.0, 0.0, window.init())
 
     def step(self, state: State, sample: SteeringSample) -> tuple[State, VarianceOutput]:
         observer = self._observe(state, sample.steering_wheel_angle)
         external = self._external_torque(sample)
-        enabled = both(self._complete(sample), self._gated(sample, external))
-        difference = external - observer.self_aligning_torque
-        window, spread = self._window.step(state.window, RollingVariance.Sample(difference, enabled))
+        # Every signal is present, and the vehicle fast enough for eq (1).
+        whole = all_of(sample.vehicle_speed > self.minimum_speed, *(present(value) for value in values_of(sample)))
+        enabled = both(whole, self._gated(sample, external))
+        rolling = RollingVariance(self.block_samples, self.blocks)
+        counted = rolling.Sample(external - observer.self_aligning_torque, enabled)
+        window, spread = rolling.step(state.window, counted)
         ready = spread.samples >= self.minimum_samples
         _, above = self.alarm.step(self.alarm.init(), spread.variance / self.threshold, ready)
-        after = self.State(
-            observer,
-            where(present(sample.driver_torque), sample.driver_torque, state.driver_torque),
-            where(present(sample.motor_torque), sample.motor_torque, state.motor_torque),
-            where(present(sample.steering_wheel_rate), sample.steering_wheel_rate, state.rate),
-            window,
-        )
+        inputs = (sample.driver_torque, sample.motor_torque, sample.steering_wheel_rate)
+        held = (state.driver_torque, state.motor_torque, state.rate)
+        driver, motor, rate = (where(present(new), new, old) for new, old in zip(inputs, held, strict=True))
+        after = self.State(observer, driver, motor, rate, window)
         return after, VarianceOutput(
             external,
             observer.self_aligning_torque,
@@ -240,17 +228,13 @@ class VarianceFrictionMonitor:
             above.alarm,
         )
 
-    @property
-    def _window(self) -> RollingVariance:
-        return RollingVariance(self.block_samples, self.blocks)
-
     def _observe(self, state: State, angle: Scalar) -> AligningTorqueObserver:
         """Observer of eq (2) for one sample, corrected by the measured angle; a missing angle corrects nothing."""
         p, before = self.parameters, state.observer
         angle_gain, rate_gain, torque_gain = self.observer_gains()
         # The correction belongs to the sample before: the observer predicts, as the poles were placed.
         net = driving_torque(state.driver_torque, state.motor_torque, before.self_aligning_torque, p)
-        net = net - coulomb(state.rate, p.nominal_friction)
+        net = net - p.nominal_friction * sign(state.rate)
         predicted = AligningTorqueObserver(
             *column_after(before.steering_wheel_angle, before.steering_wheel_rate, net, p),
             before.self_aligning_torque,
@@ -276,27 +260,10 @@ class VarianceFrictionMonitor:
         return angle_gain - p.sample_time * rate_gain, rate_gain, torque_gain
 
     def _external_torque(self, sample: SteeringSample) -> Scalar:
-        p = self.parameters
-        torque = aligning_torque_from_steer(
-            sample.steering_wheel_angle,
-            sample.lateral_acceleration,
-            sample.yaw_rate,
-            maximum(sample.vehicle_speed, self.minimum_speed),
-            mass=p.mass,
-            wheelbase=p.front_distance + p.rear_distance,
-            front_stiffness=p.front_cornering_stiffness,
-            rear_stiffness=p.rear_cornering_stiffness,
-            trail=p.trail,
-            steering_ratio=p.steering_ratio,
-        )
+        speed = maximum(sample.vehicle_speed, self.minimum_speed)
+        motion = (sample.steering_wheel_angle, sample.lateral_acceleration, sample.yaw_rate, speed)
+        torque = aligning_torque_from_steer(*motion, self.parameters)
         return -torque if self.literal_sign else torque
-
-    def _complete(self, sample: SteeringSample) -> Scalar:
-        """Whether every signal is present and the vehicle fast enough for eq (1)."""
-        return all_of(
-            sample.vehicle_speed > self.minimum_speed,
-            *(present(value) for value in values_of(sample)),
-        )
 
     def _gated(self, sample: SteeringSample, external_torque: Scalar) -> Scalar:
         if self.gate is None:
@@ -305,78 +272,14 @@ class VarianceFrictionMonitor:
         return self.gate.opened(sample.steering_wheel_angle, sample.lateral_acceleration, slip)
 
 
-def calibrated(monitor: VarianceFrictionMonitor, healthy: Sequence[Result], quantile: float) -> VarianceFrictionMonitor:
-    """The monitor with a threshold from drives of the fault-free car.
-
-    Args:
-        quantile: share of the fault-free windows that stays below the threshold, 0.5 to 1 (1 takes the largest)
-
-    Raises:
-        ParameterError: a quantile out of range
-        InputError: no variance at all: the gate was never open long enough
-    """
-    if not 0.5 <= quantile <= 1.0:
-        raise ParameterError(f"the quantile of a threshold is {quantile}; expected 0.5 to 1")
-    seen = [result["variance"][result["ready"] > 0.0] for result in healthy]
-    if not any(len(values) for values in seen):
-        raise InputError(
-            "the healthy drives give no variance, since the gate never opened long enough; "
-            "give longer drives, or gate=None"
-        )
-    return dataclasses.replace(monitor, threshold=float(np.quantile(np.concatenate(seen), quantile)))
-
-
 def aligning_torque_from_steer(
-    steering_wheel_angle: Scalar,
-    lateral_acceleration: Scalar,
-    yaw_rate: Scalar,
-    speed: Scalar,
-    *,
-    mass: Scalar,
-    wheelbase: Scalar,
-    front_stiffness: Scalar,
-    rear_stiffness: Scalar,
-    trail: Scalar,
-    steering_ratio: Scalar,
+    angle: Scalar, lateral_acceleration: Scalar, yaw_rate: Scalar, speed: Scalar, p: VarianceParameters
 ) -> Scalar:
-    """Self-aligning torque [N*m] of the linear single track from angle, lateral acceleration and yaw rate.
+    """Self-aligning torque [N*m] of the linear single track from the motion of steering wheel [rad] and vehicle.
 
-    Validity: linear tyres.
     Source: Mohtat et al., eq (1), corrected: the last numerator is Cr (printed Cf), and the sign is plus (printed
     minus), since eqs (2) to (4) take the torque as resisting: Mz = lp Cf/(Cf+Cr) (m ay + Cr rho theta - Cr L r/v).
-
-    Args:
-        steering_wheel_angle: [rad]
-        lateral_acceleration: at the centre of gravity, without the component of gravity [m/s**2]
-        yaw_rate: [rad/s]
-        speed: forward speed [m/s], above 3
-        mass: of the vehicle [kg]
-        wheelbase: [m]; the paper calls it vehicle length
-        front_stiffness: cornering stiffness of the front axle [N/rad]
-        rear_stiffness: cornering stiffness of the rear axle [N/rad]
-        trail: pneumatic and mechanical trail together, lp [m]
-        steering_ratio: road-wheel angle per steering-wheel angle, rho, about 1/15 [-]
     """
-    lateral_force = (
-        front_stiffness
-        / (front_stiffness + rear_stiffness)
-        * (
-            mass * lateral_acceleration
-            + rear_stiffness * steering_ratio * steering_wheel_angle
-            - rear_stiffness * wheelbase * yaw_rate / speed
-        )
-    )
-    return trail * lateral_force
-
-
-def coulomb(rate: Scalar, level: Scalar) -> Scalar:
-    """Dry friction torque [N*m] that depends on the direction of motion only.
-
-    Validity: motion beyond the pre-sliding range; zero at standstill, where the true torque is undetermined.
-    Source: Mohtat et al., eq (2), term Tf sgn(theta').
-
-    Args:
-        rate: angular rate [rad/s]
-        level: friction torque while moving [N*m], not negative
-    """
-    return level * sign(rate)
+    front, rear, wheelbase = p.front_cornering_stiffness, p.rear_cornering_stiffness, p.front_distance + p.rear_distance
+    turned = rear * p.steering_ratio * angle - rear * wheelbase * yaw_rate / speed
+    return p.trail * (front / (front + rear) * (p.mass * lateral_acceleration + turned))

@@ -42,12 +42,7 @@ NEEDED_WINDOWS = 4  # Least number of windows for a verdict: a single one may co
 
 
 class VarianceSession(BlockSession):
-    """Run the baseline monitor over a recording and collect the variance of every full window.
-
-    Args:
-        block: the monitor, with its threshold; inf where none is given
-        rate: sampling rate [Hz]
-    """
+    """Run the baseline monitor over a recording and collect the variance of every full window."""
 
     def __init__(self, name: str, block: VarianceFrictionMonitor, rate: float):
         traces = {
@@ -67,7 +62,6 @@ class VarianceSession(BlockSession):
         self._variances: list[np.ndarray] = []
 
     def collect(self, time: np.ndarray, signals: Mapping[str, np.ndarray], result: Result) -> None:
-        """Collect the windows of one piece."""
         ready = result["ready"] > 0.5
         self._spread.add(time, result["variance"], ready)
         chosen = self._stride.indices(len(time))
@@ -131,10 +125,8 @@ class VarianceSession(BlockSession):
         )
 
     def _began(self, above: np.ndarray) -> float | None:
-        """Time [s] from which most windows lie above the limit; None where they do from the first window on.
-
-        Requiring all windows would date it late: the variance also falls on straight roads.
-        """
+        """Time [s] from which most windows lie above the limit; None where they do from the first window on."""
+        # Requiring all windows would date it late: the variance also falls on straight roads.
         majority = np.cumsum((above - 0.5)[::-1])[::-1]
         first = int(np.argmax(majority))
         return float(np.concatenate(self._times)[first]) - self._window_seconds if first else None

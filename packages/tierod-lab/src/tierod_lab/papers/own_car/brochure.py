@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from tierod.core.units import COUNT
-from tierod.methods.identification.motor import MotorIdentification
 from tierod.methods.identification.vehicle import VehicleIdentification
 from tierod.vehicles.classes import Known
 from tierod.vehicles.vehicle import QUANTITIES, Parameter, Vehicle
@@ -17,15 +16,10 @@ SOURCE = "brochure"  # Source of the brochure values in a vehicle file
 
 
 def brochure_car(name: str, kind: str, mass: float, wheelbase: float, torques_known: bool = True) -> Vehicle:
-    """Vehicle as `tierod new NAME.toml --class KIND mass=... wheelbase=...` writes it.
+    """Vehicle as `tierod new NAME.toml --class KIND mass=... wheelbase=...` writes it, in kg and m.
 
     Args:
-        mass: mass [kg]
-        wheelbase: wheelbase [m]
         torques_known: whether its torques are in N*m; otherwise they are counts, and parameters of torque are left out
-
-    Raises:
-        ParameterError: there is no such class
     """
     known = {"mass": Known(mass, None, SOURCE), "wheelbase": Known(wheelbase, None, SOURCE)}
     _, parameters = begun(known, kind)
@@ -42,7 +36,7 @@ def brochure_car(name: str, kind: str, mass: float, wheelbase: float, torques_kn
     )
 
 
-def identified(car: Vehicle, found: VehicleIdentification | MotorIdentification) -> Vehicle:
+def identified(car: Vehicle, found: VehicleIdentification) -> Vehicle:
     """Vehicle as `tierod identify` updates it; unchanged where the identification reports a doubt."""
     if found.doubt:
         return car
@@ -54,11 +48,7 @@ def identified(car: Vehicle, found: VehicleIdentification | MotorIdentification)
 
 
 def with_values(car: Vehicle, values: Mapping[str, float]) -> Vehicle:
-    """The vehicle with some parameters replaced by exact values, of standard deviation 0.
-
-    Args:
-        values: exact values by name of the parameter, in SI units
-    """
+    """The vehicle with some parameters replaced by exact values in SI units, of standard deviation 0."""
     exact = {
         name: Parameter(name, value, QUANTITIES[name].unit, 0.0, "the virtual car's own")
         for name, value in values.items()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -14,25 +14,88 @@ from tierod.physics.motion import understeer_gradient
 from tierod.vehicles import classes
 from tierod.vehicles.vehicle import Vehicle
 from tierod_lab.ground.cars import catalogue
+from tierod_lab.ground.chassis import TwoTrack, Tyre
+from tierod_lab.ground.chassis.two_track import Axle, Kingpins
 from tierod_lab.ground.courses.roads import AnyRoad, City, Country, Motorway
 from tierod_lab.ground.steering.rack_eps import RackEps
 from tierod_lab.papers.own_car.brochure import brochure_car, with_values
-from tierod_lab.papers.own_car.shapes import quadricycle, van
 
 BROCHURE_MASS = 0.05  # Relative standard deviation of the mass in a brochure about the mass as driven
 
 
-@dataclass(frozen=True)
-class Base:
+class Base(NamedTuple):
     """A virtual car around which cars are drawn."""
 
     kind: str  # name of its class
     block: Callable[[], Any]  # function that builds the car
-    roads: tuple[AnyRoad, ...] = (City(), Country(), Motorway())  # kinds of road that it drives on
+    roads: tuple[AnyRoad, ...] = (City(), Country(), Motorway())
 
 
 def _shipped(name: str) -> Any:
     return catalogue.load(name).block
+
+
+def _light_chassis() -> TwoTrack:
+    """A light quadricycle with two seats: 450 kg, short, narrow tyres of low pressure, rear engine; assumed."""
+    tyre = Tyre(
+        radius=0.25, nominal_load=1100.0, cornering_stiffness=16.0, friction=0.9, lateral_relaxation=0.3, trail=0.015
+    )
+    return TwoTrack(
+        mass=450.0,
+        yaw_inertia=305.0,
+        front_distance=0.95,
+        rear_distance=0.74,
+        centre_height=0.6,
+        roll_inertia=80.0,
+        drag_area=0.7,
+        side_area=3.0,
+        side_force_lead=0.2,
+        front=Axle(1.10, 0.03, 10.6e3, 380.0, 0.0, 0.4, tyre),
+        rear=Axle(1.09, 0.06, 8.6e3, 310.0, 0.0, 0.4, tyre),
+        kingpins=Kingpins(mechanical_trail=0.015, scrub_radius=0.02, inclination=0.15),
+    ).with_axle_stiffness(21.3e3, 29.8e3)
+
+
+def quadricycle() -> Any:
+    """A light quadricycle with rear drive and the column EPS of a small car."""
+    car = _shipped("small-eps")
+    chassis = _light_chassis()
+    radius = chassis.front.tyre.radius
+    steering = replace(car.steering, reference_load=1.0)
+    steering = replaced(steering, {"friction.level": 1.5, "linkage.reference_load": chassis.front_load})
+    powertrain = replace(
+        car.powertrain,
+        front_share=0.0,
+        front_brake_share=0.6,
+        wheel_radius=radius,
+        greatest_drive_force=1800.0,
+        greatest_power=15e3,
+        greatest_speed=28.0,
+        greatest_brake_force=4500.0,
+    )
+    return replace(car, chassis=chassis, steering=steering, powertrain=powertrain)
+
+
+def van() -> Any:
+    """A long and high delivery van of 2.6 t with front drive and the rack EPS of the large car."""
+    car = _shipped("large-rack-eps")
+    chassis = car.chassis
+    body = replace(
+        chassis,
+        mass=2600.0,
+        yaw_inertia=6900.0,
+        front_distance=1.55,
+        rear_distance=1.85,
+        centre_height=0.8,
+        roll_inertia=1250.0,
+        drag_area=1.6,
+        side_area=9.0,
+        front=replace(chassis.front, track=1.72, roll_stiffness=115e3, roll_damping=6000.0),
+        rear=replace(chassis.rear, track=1.70, roll_stiffness=90e3, roll_damping=4800.0),
+    ).with_axle_stiffness(135e3, 178e3)
+    powertrain = replace(car.powertrain, front_share=1.0, front_brake_share=0.68, greatest_power=110e3)
+    steering = replaced(car.steering, {"linkage.ratio": 1.0 / 17.0, "linkage.reference_load": body.front_load})
+    return replace(car, chassis=body, steering=steering, powertrain=powertrain)
 
 
 BASES: tuple[Base, ...] = (
@@ -47,32 +110,20 @@ BASES: tuple[Base, ...] = (
 """Base cars. Large and quadricycle have rear drive, large, van and one midsize rack EPS, the others column EPS."""
 
 
-class Spread(NamedTuple):
-    """Relative standard deviations of parameters over the cars of a class, about as large as those of `tierod new`.
-
-    They are a little smaller where the virtual cars of a class already differ from its typical values.
-    """
-
-    mass: float = 0.07
-    yaw_inertia: float = 0.09
-    stiffness: float = 0.18
-    ratio: float = 0.05
-    damping: float = 0.35
-    friction: float = 0.2
-    front_share: float = 0.03
-
-
-FURTHER: Mapping[float, tuple[tuple[str, ...], ...]] = {
-    0.25: (("chassis.kingpins.mechanical_trail", "chassis.front.tyre.trail"), ("steering.wheel_damping",)),
-    0.22: (("chassis.front.tyre.lateral_relaxation", "chassis.rear.tyre.lateral_relaxation"),),
-    0.15: (("steering.wheel_inertia",),),
-    0.10: (("steering.torsion_bar.stiffness", "assist.bar_stiffness"), ("steering.motor.ratio", "assist.motor_ratio")),
-    0.05: (("chassis.centre_height",),),
-}
-"""Further relative standard deviations, and the groups of paths that share one factor.
-
-The assist scales with its torsion bar and gear, since it is designed for them.
-"""
+SPREAD: tuple[tuple[float, tuple[str, ...]], ...] = (
+    (0.05, ("steering.linkage.ratio",)),
+    (0.35, ("steering.damping", "steering.pinion_damping", "steering.rack_damping", "steering.motor.damping")),
+    (0.2, ("steering.friction.level",)),
+    (0.25, ("chassis.kingpins.mechanical_trail", "chassis.front.tyre.trail")),
+    (0.25, ("steering.wheel_damping",)),
+    (0.22, ("chassis.front.tyre.lateral_relaxation", "chassis.rear.tyre.lateral_relaxation")),
+    (0.15, ("steering.wheel_inertia",)),
+    (0.10, ("steering.torsion_bar.stiffness", "assist.bar_stiffness")),
+    (0.10, ("steering.motor.ratio", "assist.motor_ratio")),
+    (0.05, ("chassis.centre_height",)),
+)
+"""Relative standard deviation over the cars of a class, of paths that share one factor: that of `tierod new`, or a
+little smaller where the bases of a class already differ. The assist scales with the bar and gear it is designed for."""
 
 LEAST_UNDERSTEER = 1e-3  # Least understeer gradient of a drawn car [rad*s**2/m], half a degree per g
 
@@ -87,26 +138,17 @@ class UnknownCar:
     block: Any  # the simulated car
     brochure: Vehicle  # vehicle file from the brochure
     true: Vehicle  # the same with the true values of all parameters that the plant has, at standard deviation 0
-    roads: tuple[AnyRoad, ...]  # kinds of road that it drives on
+    roads: tuple[AnyRoad, ...]
 
     def friction_over_level(self, load: float) -> float:
-        """Ratio of the gear friction at a load to that at the reference load.
-
-        Args:
-            load: torque of the road at the steering wheel [N*m]
-        """
+        """Ratio of the gear friction at a torque of the road at the steering wheel [N*m] to that at the reference."""
         steering = self.block.steering
         return 1.0 + float(steering.friction.load_share) * (load / float(steering.reference_load) - 1.0)
 
 
-def drawn(number: int, seed: int, spread: Spread | None = None) -> UnknownCar:
-    """Draw a car; successive numbers run through the classes.
-
-    Args:
-        number: number of the car, from 0
-        spread: spread within a class; the default `Spread` where None
-    """
-    base, share = BASES[number % len(BASES)], spread or Spread()
+def drawn(number: int, seed: int) -> UnknownCar:
+    """Draw a car; successive numbers run through the classes."""
+    base = BASES[number % len(BASES)]
     chance = np.random.default_rng([seed, number])
 
     def factor(deviation: float) -> float:
@@ -115,49 +157,35 @@ def drawn(number: int, seed: int, spread: Spread | None = None) -> UnknownCar:
     block = base.block()
     chassis = block.chassis
     wheelbase = chassis.front_distance + chassis.rear_distance
-    front = chassis.rear_distance / wheelbase + share.front_share * float(chance.standard_normal())
-    stiffness = (_axle(chassis.front, chassis.front_load), _axle(chassis.rear, chassis.rear_load))
-    lighter = factor(share.mass)
+    front = chassis.rear_distance / wheelbase + 0.03 * float(chance.standard_normal())
+    lighter = factor(0.07)
     # Axle stiffnesses and yaw inertia scale with the mass, as in the rules of the classes.
+    usual = [lighter * _axle(chassis.front, chassis.front_load), lighter * _axle(chassis.rear, chassis.rear_load)]
     moved = replace(
         chassis,
         mass=lighter * chassis.mass,
-        yaw_inertia=lighter * factor(share.yaw_inertia) * chassis.yaw_inertia,
+        yaw_inertia=lighter * factor(0.09) * chassis.yaw_inertia,
         front_distance=(1.0 - front) * wheelbase,
         rear_distance=front * wheelbase,
     )
-    moved = moved.with_axle_stiffness(*_stable(moved, [lighter * each for each in stiffness], factor, share.stiffness))
-    ratio = factor(share.ratio) * block.steering.linkage.ratio
-    block = replace(block, chassis=moved, driver=_knowing(block.driver, moved, ratio))
-    known, damping = numbers(block), factor(share.damping)
-    changes = {f"steering.{each}": damping for each in ("damping", "pinion_damping", "rack_damping", "motor.damping")}
-    changes |= {"steering.friction.level": factor(share.friction)}
-    block = replaced(block, {path: by * known[path].value for path, by in changes.items() if path in known})
-    block = replaced(block, {"steering.linkage.ratio": ratio})
-    block = replaced(block, _further(block, factor))
-    block = replaced(block, {"inertial_unit.forward": SENSOR_FORWARD * float(chance.standard_normal())})
+    gradient = -math.inf
+    while gradient < LEAST_UNDERSTEER:  # as every production car understeers
+        stiffness = [factor(0.18) * each for each in usual]
+        gradient = understeer_gradient(moved.mass, moved.front_distance, moved.rear_distance, *stiffness)
+    moved = moved.with_axle_stiffness(*stiffness)
+    block = replace(block, chassis=moved)
+    known, changes = numbers(block), dict[str, float]()
+    for deviation, paths in SPREAD:
+        by = factor(deviation)
+        changes |= {path: by * known[path].value for path in paths if path in known}
+    changes["inertial_unit.forward"] = SENSOR_FORWARD * float(chance.standard_normal())
+    block = replaced(block, changes)
+    names = ("mass", "wheelbase", "rear_distance", "understeer_gradient")
+    at_hand = {name: getattr(moved, name) for name in names} | {"steering_ratio": block.steering.linkage.ratio}
+    block = replace(block, driver=replace(block.driver, **at_hand))
     name = f"{number + 1} {base.kind}"
     brochure = brochure_car(name, base.kind, factor(BROCHURE_MASS) * moved.mass, round(wheelbase, 2))
     return UnknownCar(name, block, brochure, with_values(brochure, true_values(block)), base.roads)
-
-
-def _stable(chassis: Any, usual: Sequence[float], factor: Callable[[float], float], deviation: float) -> list[float]:
-    """Cornering stiffness of both axles [N/rad], redrawn until the car understeers, as every production car does."""
-    while True:
-        front, rear = (factor(deviation) * each for each in usual)
-        gradient = understeer_gradient(chassis.mass, chassis.front_distance, chassis.rear_distance, front, rear)
-        if gradient >= LEAST_UNDERSTEER:
-            return [front, rear]
-
-
-def _further(block: Any, factor: Callable[[float], float]) -> dict[str, float]:
-    known = numbers(block)
-    found: dict[str, float] = {}
-    for deviation, groups in FURTHER.items():
-        for paths in groups:
-            by = factor(deviation)
-            found |= {path: by * known[path].value for path in paths if path in known}
-    return found
 
 
 def _axle(axle: Any, load: float) -> float:
@@ -165,22 +193,12 @@ def _axle(axle: Any, load: float) -> float:
 
 
 def _knowing(driver: Any, chassis: Any, ratio: float) -> Any:
-    return replace(
-        driver,
-        mass=chassis.mass,
-        wheelbase=chassis.wheelbase,
-        rear_distance=chassis.rear_distance,
-        steering_ratio=ratio,
-        understeer_gradient=chassis.understeer_gradient,
-    )
+    names = ("mass", "wheelbase", "rear_distance", "understeer_gradient")
+    return replace(driver, steering_ratio=ratio, **{name: getattr(chassis, name) for name in names})
 
 
 def true_values(block: Any) -> dict[str, float]:
-    """True values of the parameters of a vehicle file, in SI units.
-
-    Args:
-        block: an `EpsCar` with a two-track chassis
-    """
+    """True values of the parameters of a vehicle file, in SI units, from an `EpsCar` with a two-track chassis."""
     chassis, steering, tyre = block.chassis, block.steering, block.chassis.front.tyre
     motor, bar = steering.motor, steering.torsion_bar
     if isinstance(steering, RackEps):
@@ -190,14 +208,11 @@ def true_values(block: Any) -> dict[str, float]:
     else:
         inertia, damping = steering.column_inertia, steering.damping
     inertia += motor.inertia * motor.ratio**2 + steering.linkage.road_wheel_inertia * steering.linkage.ratio**2
+    same = ("mass", "yaw_inertia", "front_distance", "rear_distance", "centre_height")
     return {
-        "mass": chassis.mass,
-        "yaw_inertia": chassis.yaw_inertia,
-        "front_distance": chassis.front_distance,
-        "rear_distance": chassis.rear_distance,
+        **{name: getattr(chassis, name) for name in same},
         "front_cornering_stiffness": _axle(chassis.front, chassis.front_load),
         "rear_cornering_stiffness": _axle(chassis.rear, chassis.rear_load),
-        "centre_height": chassis.centre_height,
         "track_width": chassis.rear.track,
         "tyre_friction": tyre.friction,
         "relaxation_length": tyre.lateral_relaxation,
@@ -207,22 +222,16 @@ def true_values(block: Any) -> dict[str, float]:
         "steering_ratio": steering.linkage.ratio,
         "column_inertia": steering.wheel_inertia + inertia,
         "column_damping": steering.wheel_damping + damping + motor.damping * motor.ratio**2,
-        "steering_wheel_inertia": steering.wheel_inertia,
-        "steering_wheel_damping": steering.wheel_damping,
+        **{f"steering_wheel_{name}": getattr(steering, f"wheel_{name}") for name in ("inertia", "damping")},
         "torsion_bar_stiffness": bar.stiffness,
-        "motor_ratio": motor.ratio,
-        "motor_inertia": motor.inertia,
-        "motor_damping": motor.damping,
+        **{f"motor_{name}": getattr(motor, name) for name in ("ratio", "inertia", "damping")},
         "sensor_forward": block.inertial_unit.forward,
-    } | limits(steering.friction.level)
+        **limits(steering.friction.level),
+    }
 
 
 def limits(nominal: float) -> dict[str, float]:
-    """Limits of friction by the rules of the classes, from a known fault-free friction [N*m].
-
-    Args:
-        nominal: fault-free friction [N*m]
-    """
+    """Limits of friction by the rules of the classes, from a known fault-free friction [N*m]."""
     rules = classes.rules()
     factors = {name: rules[name].values[classes.USUAL] for name in ("rising_friction", "fault_friction")}
     return {"nominal_friction": nominal} | {name: factor * nominal for name, factor in factors.items()}
