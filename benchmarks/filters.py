@@ -10,7 +10,7 @@ from benchmarks.timing import fastest, in_lanes, row, single
 from tierod.core.block import Block, Tree
 from tierod.core.graph import Stream
 from tierod.core.graph.maths import sign
-from tierod.core.graph.printer import LANES
+from tierod.core.graph.trace import LANES
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.models.steering_column import FrictionParameters
 from tierod.monitors.friction.signals import FrictionGate

@@ -10,7 +10,7 @@ import time
 import numpy as np
 
 from benchmarks.timing import in_lanes, row, single
-from tierod.core.graph.printer import LANES
+from tierod.core.graph.trace import LANES
 from tierod.io.derive import complete
 from tierod.monitors.registry import MONITORS
 from tierod.monitors.session import BlockSession, opened

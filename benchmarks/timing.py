@@ -10,8 +10,7 @@ import numpy as np
 
 from tierod.core.block import Block
 from tierod.core.graph.kernel import Engine, LaneKernel, kernel, lane_array
-from tierod.core.graph.printer import LANES
-from tierod.core.graph.trace import initial_memory
+from tierod.core.graph.trace import LANES, initial_memory
 
 
 def row(name: str, value: float, unit: str, peer: str, peer_value: float, **remarks: float) -> dict:

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from tierod.core.graph.analysis import jacobian
+from tierod.core.graph.trace import jacobian
 from tierod_lab.ground.integration import implicit_inverse, rosenbrock
 from tierod_lab.ground.parts import Wheels
 from tierod_lab.ground.powertrain import Powertrain, WheelMotors

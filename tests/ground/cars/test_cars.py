@@ -9,7 +9,7 @@ import pytest
 from ground.rigs import Run
 from tierod.core.block import leaves, rebuild, skeleton
 from tierod.core.graph import scan
-from tierod.core.graph.analysis import jacobian
+from tierod.core.graph.trace import jacobian
 from tierod_lab.ground.cars import Start
 from tierod_lab.ground.cars.benches import Acting, ColumnBench, ColumnMotion, MotorBench
 from tierod_lab.ground.cars.road_cars import DemonstratorCar, EpsCar, SteerByWireCar

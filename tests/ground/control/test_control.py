@@ -9,7 +9,7 @@ import pytest
 
 from ground.rigs import STEP, Rig
 from tierod.core.block import leaves, rebuild, values_of
-from tierod.core.graph.analysis import jacobian
+from tierod.core.graph.trace import jacobian
 from tierod_lab.ground.control import ActiveReturn, AngleControl, AssistMemory, AssistUnit, Characteristic
 from tierod_lab.ground.drivers import AutomatedDriver, Sensed, Split
 from tierod_lab.ground.laws import steady_road_wheel_angle

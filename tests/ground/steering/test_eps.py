@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from ground.rigs import STEP, Rig
-from tierod.core.graph.analysis import jacobian
+from tierod.core.graph.trace import jacobian
 from tierod.physics.friction import dahl_slope
 from tierod_lab.ground.parts import Loads
 from tierod_lab.ground.steering import Linkage, Motor, Ripple

@@ -10,7 +10,7 @@ from scipy.linalg import expm
 from monitors.condition.demonstrator import CAR, circle
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.core.graph.analysis import jacobian
+from tierod.core.graph.trace import jacobian
 from tierod.models.single_track import SingleTrack
 from tierod.monitors.condition.signals import ConditionSample
 from tierod_lab.papers.condition.rules.filters import AdaptiveSpeed

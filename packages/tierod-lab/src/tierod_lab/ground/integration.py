@@ -10,8 +10,8 @@ from typing import Annotated, Any, NamedTuple, TypeVar, get_type_hints
 
 from tierod.core.block import Scalar, Tree, leaves, named_tuple, rebuild, tuning, values_of
 from tierod.core.errors import ParameterError, nearest
-from tierod.core.graph.analysis import jacobian
 from tierod.core.graph.maths import cos, maximum, sin
+from tierod.core.graph.trace import jacobian
 from tierod_lab.ground.parts import Loads, Memory, Motion, Plant, Reaction, Steering
 
 State = TypeVar("State")

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from tierod.core.block import Model, Scalar, Tree, leaves, model_like, rebuild, require_continuous, skeleton, values_of
 from tierod.core.errors import ParameterError, nearest
-from tierod.core.graph.analysis import jacobian
+from tierod.core.graph.trace import jacobian
 
 Derivative = Callable[[Tree], Tree]
 

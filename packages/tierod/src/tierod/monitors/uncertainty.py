@@ -20,9 +20,8 @@ import numpy as np
 
 from tierod.core.errors import TierodError
 from tierod.core.findings import Estimate
-from tierod.core.graph.printer import LANES
 from tierod.core.graph.runtime import FEWEST, SideBySide
-from tierod.core.graph.trace import Interface
+from tierod.core.graph.trace import LANES, Interface
 from tierod.core.recording import Aligned
 from tierod.monitors.baseline import Baseline
 from tierod.monitors.decision import Decision

@@ -16,8 +16,8 @@ import numpy as np
 from tierod.core.block import Scalar, Tree
 from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
-from tierod.core.graph.analysis import jacobian
 from tierod.core.graph.maths import all_of, limit, maximum, present, sqrt, where
+from tierod.core.graph.trace import jacobian
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.kernels import congruence
 from tierod.models.linear import LinearSystem, discretise, linearise

@@ -1,9 +1,8 @@
 """Tracing, printing, compiling and running blocks; nothing else in tierod imports CasADi."""
 
-from tierod.core.graph.analysis import jacobian
 from tierod.core.graph.bank import KEEP, Bank, JudgeSample, Verdict
 from tierod.core.graph.runtime import Memory, Result, Scanner, Stream, batch, scan
-from tierod.core.graph.trace import Graph, trace
+from tierod.core.graph.trace import Graph, jacobian, trace
 
 __all__ = [
     "KEEP",

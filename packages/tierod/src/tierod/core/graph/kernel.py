@@ -16,8 +16,7 @@ from tierod.core.errors import CompileError, KernelWarning, ParameterError
 from tierod.core.graph.bank import BankGraph
 from tierod.core.graph.compiler import compiler, keep, kept, kernel_name, load, load_kept
 from tierod.core.graph.known_graphs import kernel_entry
-from tierod.core.graph.printer import LANES, TILE_STEPS, prefix, print_c, print_lanes
-from tierod.core.graph.trace import Graph, Interface, grouped, trace, ungrouped
+from tierod.core.graph.trace import LANES, TILE_STEPS, Graph, Interface, grouped, prefix, trace, ungrouped
 
 # Samples per call of the unrolled map: enough that the cost of a call is negligible, few enough to build it fast
 BLOCK = 1000
@@ -292,6 +291,19 @@ def _address(array: np.ndarray) -> int:
     if array.dtype != np.float64 or not array.flags.c_contiguous:
         raise ValueError(f"a kernel needs float64 in C order, not {array.dtype} with strides {array.strides}")
     return array.ctypes.data
+
+
+def print_c(graph: Graph | BankGraph) -> str:
+    """C of a graph; the printer is loaded only where no cache holds the kernel."""
+    from tierod.core.graph import printer
+
+    return printer.print_c(graph)
+
+
+def print_lanes(graph: Any, own_tuning: bool) -> str:
+    from tierod.core.graph import printer
+
+    return printer.print_lanes(graph, own_tuning)
 
 
 def _library(graph: Graph | BankGraph, own_tuning: bool | None = None) -> ctypes.PyDLL:

@@ -106,7 +106,7 @@ def _digest_of_sources() -> str:
         digest.update(compiler.identity(str(spec.origin if spec else "")).encode())
     for package in SOURCES:
         for path in sorted((PACKAGE / package).rglob("*")):
-            if path.suffix in (".py", ".toml"):
+            if path.suffix in (".py", ".toml", ".c", ".csv"):
                 digest.update(f"\0{path.relative_to(PACKAGE)}\0".encode())
                 digest.update(path.read_bytes())
     return digest.hexdigest()

@@ -2,24 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 
 from tierod.core.graph.bank import BankGraph
 from tierod.core.graph.body_printer import BranchingPrinter, LinePrinter, Places
 from tierod.core.graph.c_functions import prelude
-from tierod.core.graph.compiler import vector_width
 from tierod.core.graph.operations import SAMPLE, Program, program
-from tierod.core.graph.trace import GROUP, Graph, Interface
+from tierod.core.graph.trace import GROUP, LANES, TILE_STEPS, Graph, Interface, prefix
 
-LANES = vector_width()  # Number of vehicles that are stepped together: one vector register holds a number of each
-TILE_STEPS = 64  # Number of samples of a tile: inputs and outputs of all vehicles then stay in the cache of a core
 STATE_IN_LOCALS = 200  # Largest number of states that `scan` keeps in local variables
-
-
-def prefix(graph: Interface) -> str:
-    """Prefix of every name that the graph's C exports."""
-    return f"tierod_{re.sub(r'[^0-9A-Za-z]+', '_', graph.name).lower()}"
 
 
 def legend(graph: Interface) -> str:

@@ -15,8 +15,7 @@ import numpy as np
 from tierod.core.block import Block, Given, Output, State, Tree, rebuild, values_of
 from tierod.core.errors import InputError, nearest
 from tierod.core.graph.kernel import CompiledKernel, Engine, Kernel, LaneKernel, kernel, lane_array, lane_kernel
-from tierod.core.graph.printer import LANES
-from tierod.core.graph.trace import Interface, flat_memory, initial_memory, trace
+from tierod.core.graph.trace import LANES, Interface, flat_memory, initial_memory, trace
 from tierod.core.recording import Aligned
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, lru_cache
@@ -13,6 +14,8 @@ import numpy as np
 from tierod.core.block import (
     Block,
     Ring,
+    Scalar,
+    T,
     Tree,
     leaves,
     map_leaves,
@@ -24,11 +27,16 @@ from tierod.core.block import (
     with_tuning,
 )
 from tierod.core.errors import TraceError
+from tierod.core.graph.compiler import vector_width
 from tierod.core.graph.known_graphs import entry_of, interface_of, keep_interface
+from tierod.core.graph.maths import is_symbol
 from tierod.core.graph.operations import NEXT_STATE, PUSH, Operation, Program, invariant_of, is_constant, program
 
 if TYPE_CHECKING:
     import casadi
+
+LANES = vector_width()  # Number of vehicles that are stepped together: one vector register holds a number of each
+TILE_STEPS = 64  # Number of samples of a tile: inputs and outputs of all vehicles then stay in the cache of a core
 
 
 TRUTH_VALUE = "truth value"  # Part of CasADi's message where Python decides on a symbol
@@ -337,3 +345,57 @@ def _constants(plain: list[float], rings: list[float]) -> Program:
     outputs = {(NEXT_STATE, k): k for k in range(len(plain))}
     outputs |= {(PUSH, k): len(plain) + k for k in range(len(rings))}
     return Program(operations, outputs, frozenset(range(len(operations))))
+
+
+def prefix(graph: Interface) -> str:
+    """Prefix of every name that the graph's C exports."""
+    return f"tierod_{re.sub(r'[^0-9A-Za-z]+', '_', graph.name).lower()}"
+
+
+def jacobian(function: Callable[[T], Tree], at: T) -> list[list[Scalar]]:
+    """Derivative of every leaf of `function(x)` with respect to every leaf of `x`, at one point.
+
+    Args:
+        function: maps a tree of the shape of `at` to a tree; pure, written with tierod.core.graph.maths
+
+    Returns:
+        rows by output leaf, columns by input leaf; structural zeros and constants come back as floats,
+        so that products with them can be left out
+    """
+    import casadi
+
+    point = values_of(at)
+    symbols = casadi.SX.sym("x", len(point))
+    images = values_of(function(rebuild(at, casadi.vertsplit(symbols))))
+    derivative = casadi.jacobian(casadi.vertcat(*images), symbols)
+    # Even at a point of numbers the function may hold symbols of a running trace, such as a parameter.
+    if any(map(is_symbol, point)) or casadi.symvar(casadi.substitute(derivative, symbols, casadi.DM.zeros(len(point)))):
+        derivative = casadi.substitute(derivative, symbols, casadi.vertcat(*point))
+    else:
+        derivative = casadi.Function("derivative", [symbols], [derivative])(casadi.vertcat(*point))
+    rows, columns = derivative.shape
+    sparsity = derivative.sparsity()
+    return [[_entry(derivative, i, j) if sparsity.has_nz(i, j) else 0.0 for j in range(columns)] for i in range(rows)]
+
+
+def dependence(function: Callable[[T], Tree], shape: T) -> list[list[bool]]:
+    """Sparsity pattern: which leaves of `function(x)` depend on which leaves of `x`, whatever their values.
+
+    Args:
+        function: maps a tree of the shape of `shape` to a tree; pure, written with tierod.core.graph.maths
+
+    Returns:
+        rows by output leaf, columns by input leaf
+    """
+    import casadi
+
+    symbols = casadi.SX.sym("x", len(list(leaves(shape))))
+    images = values_of(function(rebuild(shape, casadi.vertsplit(symbols))))
+    pattern = casadi.Function("f", [symbols], [casadi.SX(casadi.vertcat(*images))]).jac_sparsity(0, 0)
+    rows, columns = pattern.shape
+    return [[pattern.has_nz(i, j) for j in range(columns)] for i in range(rows)]
+
+
+def _entry(matrix: Any, row: int, column: int) -> Any:
+    value = matrix[row, column]
+    return value if is_symbol(value) and not value.is_constant() else float(value)

@@ -12,7 +12,7 @@ import numpy as np
 
 from tierod.core.block import Model, Tree, leaves, rebuild, skeleton
 from tierod.core.errors import ParameterError, nearest
-from tierod.core.graph.analysis import dependence
+from tierod.core.graph.trace import dependence
 
 
 @dataclass(frozen=True)

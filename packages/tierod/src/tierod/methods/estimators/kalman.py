@@ -11,8 +11,8 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.block import Model, Scalar, Tree, Truth, rebuild, require_discrete, skeleton
 from tierod.core.errors import ParameterError
-from tierod.core.graph.analysis import jacobian
 from tierod.core.graph.maths import maximum, present, where
+from tierod.core.graph.trace import jacobian
 from tierod.methods.estimators import kernels
 from tierod.methods.estimators.shapes import (
     Belief,

@@ -12,8 +12,8 @@ import numpy as np
 
 from tierod.core.block import Model, Scalar, Tree, rebuild, skeleton, values_of
 from tierod.core.graph import scan
-from tierod.core.graph.analysis import jacobian
 from tierod.core.graph.maths import log, present, select, sqrt, where
+from tierod.core.graph.trace import jacobian
 from tierod.methods.estimators import kernels
 from tierod.methods.estimators.shapes import Belief, leaf_values, sample_class
 from tierod.methods.identification.experiment import Estimate, Experiment, Free, sandwich, with_values

@@ -11,8 +11,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from tierod.core.block import Scalar, skeleton
-from tierod.core.graph.analysis import jacobian
 from tierod.core.graph.maths import absolute, both, either, maximum, minimum, present, where
+from tierod.core.graph.trace import jacobian
 from tierod.core.signals import residue_of
 from tierod.methods.estimators.kernels import from_diagonal, predict_covariance
 from tierod.models.single_track import LEAST_SPEED, RollingCar

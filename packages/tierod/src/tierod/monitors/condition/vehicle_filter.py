@@ -12,8 +12,8 @@ from math import sqrt as root_of
 from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar, skeleton
-from tierod.core.graph.analysis import jacobian
 from tierod.core.graph.maths import absolute, limit, maximum, minimum, present, sqrt, where
+from tierod.core.graph.trace import jacobian
 from tierod.methods.estimators.kernels import (
     Vector,
     congruence,

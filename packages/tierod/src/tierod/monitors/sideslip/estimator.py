@@ -13,7 +13,6 @@ from tierod.core.block import Scalar, Tree, rebuild
 from tierod.core.errors import ParameterError
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
 from tierod.core.graph import Memory
-from tierod.core.graph.analysis import jacobian
 from tierod.core.graph.maths import (
     absolute,
     arctan,
@@ -29,6 +28,7 @@ from tierod.core.graph.maths import (
     sqrt,
     where,
 )
+from tierod.core.graph.trace import jacobian
 from tierod.methods.detectors.control_charts import HeldThreshold
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.kernels import congruence, correct, diagonal, unpack
