@@ -101,7 +101,7 @@ def test_times_of_a_day_go_onpast_midnight(tmp_path, point, delimiter):
 
 
 @pytest.mark.parametrize("counter", ["number,", "lap_time,"])
-@pytest.mark.parametrize("stamp", ["29.05.2024 13:53:{:02d}", "05/29/2024 13:53:{:02d}", "13h53m{:02d}.5"])
+@pytest.mark.parametrize("stamp", ["29/05/2024 13:53:{:02d}", "05/29/2024 13:53:{:02d}", "13h53m{:02d}.5"])
 def test_dates_in_other_notations_are_reported_and_nothing_takes_their_place(tmp_path, counter, stamp):
     body = "\n".join(f"{stamp.format(k)},{k},{2 * k}" for k in range(10, 60))
     path = written(tmp_path, f"time,{counter}speed [m/s]\n{body}\n")

@@ -90,7 +90,7 @@ _RULES: tuple[_Rule, ...] = (
     _Rule("motor_temperature", (r"motor|winding|wicklung", r"temp"), "engine|oil|oel|kuehl|cool"),
     _Rule("ambient_temperature", (r"aussen|ambient|outside|umgebung", r"temp")),
     _Rule("supply_voltage", (r"bordnetz|batt|supply|_kl_?30_|_ubat_", r"volt|spannung|_u_|_ubat_")),
-    _Rule("vehicle_speed", (_CAR, _SPEED), f"{_WHEEL}|lateral|quer|_wind|engine|motor"),
+    _Rule("vehicle_speed", (rf"{_CAR}|forward|vorwaerts", _SPEED), f"{_WHEEL}|lateral|quer|_wind|engine|motor"),
     _Rule("vehicle_speed", (r"^_(geschwindigkeit|speed|velocity|vitesse|velocita|velocidad|v)_$|_v_sig(nal)?_$",)),
 )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import binascii
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,7 +25,7 @@ MICROSECONDS = 1e-6  # Unit of stamps without a point, as loggers write them [s]
 
 
 @dataclass(frozen=True)
-class _Layout:
+class Layout:
     delimiter: str
     time: int  # places of the cells
     identifier: int
@@ -37,7 +37,7 @@ class _Layout:
     coded: bool  # whether the bytes are in base64, as python-can writes them
 
 
-def _layout(head: bytes) -> _Layout | None:
+def layout_of(head: bytes) -> Layout | None:
     """The layout of a table whose first rows are CAN frames; None for any other text."""
     lines = [line for line in head[:4096].decode("utf-8-sig", "replace").splitlines() if line.strip()]
     for delimiter in ",;\t" if len(lines) > 1 else "":
@@ -58,18 +58,15 @@ def _layout(head: bytes) -> _Layout | None:
             for some in (("extended", "ext", "ide"), ("bus", "channel", "can"), ("len", "dlc", "length"))
         )
         coded = "arbitration_id" in names
-        return _Layout(delimiter, found["time"], found["identifier"], data, many, extended, bus, length, coded)
+        return Layout(delimiter, found["time"], found["identifier"], data, many, extended, bus, length, coded)
     return None
 
 
-def frames_of(content: Content) -> Iterator[Frames]:
+def frames_of(blocks: Iterable[bytes], layout: Layout) -> Iterator[Frames]:
     """The frames in blocks of whole lines, their time from the first; the last block has notes on losses."""
-    layout = _layout(content.head(1 << 16))
-    if layout is None:
-        raise InputError("the table holds no CAN frames: a row needs time, identifier and bytes")
     names: dict[str, int] = {}
-    origin, lines, good, frames, decimal = None, -1, 0, None, None
-    for block in whole_lines(content.blocks(), content.path):
+    origin, lines, good, frames, decimal, counts = None, -1, 0, None, None, True
+    for block in blocks:
         text = block.decode("utf-8-sig", "replace")
         rows = [line.split(layout.delimiter) for line in text.splitlines() if line.strip()]
         lines += len(rows)
@@ -82,14 +79,16 @@ def frames_of(content: Content) -> Iterator[Frames]:
             except (ValueError, IndexError, binascii.Error):
                 continue
             bus = cells[layout.bus].strip() if layout.bus is not None else "0"
-            stamps.append(stamp if "." in cells[layout.time] else MICROSECONDS * stamp)
+            stamps.append(stamp)
+            counts = counts and "." not in cells[layout.time]
             identifiers.append(number)
             buses.append(bus_number(names, bus))
             data.append(payload)
         if not stamps:
             continue
         good += len(stamps)
-        time, _ = seconds(np.array(stamps), "", "time")
+        time, guess = seconds(np.array(stamps), "", "time")
+        time = MICROSECONDS * time if counts and not guess else time
         origin = float(time[0]) if origin is None else origin
         frames = stacked(time - origin, identifiers, buses, data, tuple(names), origin)
         yield frames
@@ -99,13 +98,13 @@ def frames_of(content: Content) -> Iterator[Frames]:
         yield only_notes(frames, (f"{lines - good} of {lines} rows are no CAN frames and were left out",))
 
 
-def _is_decimal(rows: list[list[str]], layout: _Layout) -> bool:
+def _is_decimal(rows: list[list[str]], layout: Layout) -> bool:
     """Whether identifiers are written with digits from 0 to 9 alone and without zeros in front."""
     texts = [cells[layout.identifier].strip().strip('"') for cells in rows[1:] if len(cells) > layout.identifier]
     return all(text.isdigit() and (text == "0" or text[0] != "0") for text in texts)
 
 
-def _number(cells: list[str], layout: _Layout, decimal: bool) -> int:
+def _number(cells: list[str], layout: Layout, decimal: bool) -> int:
     text = cells[layout.identifier].strip().strip('"').lower()
     number = int(text.rstrip("xh"), 10 if decimal else 16)
     if not 0 <= number < IDENTIFIERS:
@@ -115,7 +114,7 @@ def _number(cells: list[str], layout: _Layout, decimal: bool) -> int:
     return number | (EXTENDED if extended else 0)
 
 
-def _payload(cells: list[str], layout: _Layout) -> bytes:
+def _payload(cells: list[str], layout: Layout) -> bytes:
     if layout.coded:
         return base64.b64decode(cells[layout.data].strip(), validate=True)
     parts = [each.strip().strip('"') for each in (cells[layout.data :] if layout.many else [cells[layout.data]])]
@@ -125,7 +124,13 @@ def _payload(cells: list[str], layout: _Layout) -> bytes:
 
 
 def _log(content: Content, _: object) -> Log:
-    return Log(content.path.name, Remembered(lambda: frames_of(content)))
+    layout = layout_of(content.head(1 << 12))
+    assert layout is not None, "the format is recognised by its layout"
+    return log_of(content.path.name, layout, lambda: whole_lines(content.blocks(), content.path))
 
 
-FORMAT = Format("can-csv", "CAN frames in CSV (.csv)", (), _log, lambda head, _: _layout(head) is not None, text=True)
+def log_of(name: str, layout: Layout, blocks: Callable[[], Iterable[bytes]]) -> Log:
+    return Log(name, Remembered(lambda: frames_of(blocks(), layout)))
+
+
+FORMAT = Format("can-csv", "CAN frames in CSV (.csv)", (), _log, lambda head, _: layout_of(head) is not None, text=True)

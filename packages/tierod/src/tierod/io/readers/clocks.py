@@ -15,12 +15,15 @@ from tierod.core.units import known, scale, split_name, split_suffix
 from tierod.io.readers.channel_map import GUESSED, TimeEntry
 from tierod.io.readers.source import Column
 
-# The only notation of dates that is read: in all others day and month may be confused
+# The notation of dates to write; DD.MM.YYYY and DD-Mon-YYYY are read too, in others day and month may be confused
 DATES = "YYYY-MM-DD hh:mm:ss.fff"
 
 OF_DAY = "hh:mm:ss.fff"  # The only notation of times of a day that is read
 
-_NAMES = ("time", "t", "timestamp", "timestamps", "zeit", "time_s", "times", "seconds", "sec", "ts", "date", "datetime")
+_NAMES = (
+    "time", "t", "timestamp", "timestamps", "zeit", "time_s", "times", "seconds", "sec", "ts", "date", "datetime",
+    "uhrzeit", "heure", "hora", "gpstow", "tow",
+)  # fmt: skip
 
 
 # Rate [Hz] below which seconds are doubtful where no unit is given: no recording of a steering system is so slow
@@ -31,7 +34,7 @@ FEWEST = 8  # Smallest number of stamps from which a rate is estimated
 BLANK = 0.05  # Share of rows, blank between regular samples, from which a column has a rate of its own
 REGULAR = 0.8  # Share of steps between samples that are alike in such a column; lost samples at random leave 0.5
 LONGER = 1.5  # Ratio of two steps from which they are not alike
-DAY = 86400.0  # [s]
+DAY, WEEK = 86400.0, 604800.0  # [s]
 PACKED = "hhmmss"  # Unit of a time of day whose hours, minutes and seconds are digits of one number
 
 
@@ -117,6 +120,11 @@ def unit_of(column: Column, given: TimeEntry = GUESSED) -> str:
     return given.unit or column.unit or (inside if known(inside) else "") or split_suffix(column.name)[1]
 
 
+def period_of(clock: str) -> float:
+    """Time [s] after which a clock of this name begins anew: the week of satellites, or the day."""
+    return WEEK if re.search(r"(^|[^a-z])tow([^a-z]|$)|week", clock.lower()) else DAY
+
+
 def is_packed(parts: Iterable[np.ndarray]) -> bool:
     """Whether every stamp is a time of day whose digits read hhmmss: seconds would pass through 60 to 99 as well.
 
@@ -134,14 +142,14 @@ def is_packed(parts: Iterable[np.ndarray]) -> bool:
     return not first
 
 
-def past_midnight(time: np.ndarray, last: float) -> np.ndarray:
-    """Times of a day [s], (n,), continued past midnight from the last one (NaN at first); dates unchanged."""
+def past_midnight(time: np.ndarray, last: float, period: float = DAY) -> np.ndarray:
+    """Times of a day or week [s], (n,), continued past its end from the last one (NaN at first); dates unchanged."""
     there = np.flatnonzero(np.isfinite(time))
-    if not len(there) or not (time[there] < DAY).all():
+    if not len(there) or not (time[there] < period).all():
         return time
     first = [last] if np.isfinite(last) else []
     time = time.copy()
-    time[there] = np.unwrap(np.concatenate((first, time[there])), period=DAY)[len(first) :]
+    time[there] = np.unwrap(np.concatenate((first, time[there])), period=period)[len(first) :]
     return time
 
 

@@ -20,6 +20,7 @@ from tierod.core.recording import Channel
 from tierod.io.readers.channel_map import GUESSED, TimeEntry
 from tierod.io.readers.clocks import (
     DATES,
+    DAY,
     OF_DAY,
     PACKED,
     Clock,
@@ -27,6 +28,7 @@ from tierod.io.readers.clocks import (
     find_clocks,
     is_packed,
     past_midnight,
+    period_of,
     require_plausible_rate,
     seconds,
     unit_of,
@@ -40,6 +42,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 _ISO = re.compile(r"\s*\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d(\.\d{1,9})?)?\s*(Z|[+-]\d\d:?\d\d)?\s*$")
+_MONTHS = "Jan Feb Mar Apr May Jun Jul Aug Sep Oct Nov Dec"
 _FRACTION = re.compile(r"\.\d+")
 _BETWEEN, _AROUND = re.compile(rb"[ \t]+"), re.compile(rb"^[ \t]+|[ \t]+(?=\r?$)", re.MULTILINE)
 
@@ -228,8 +231,8 @@ def _lane(table: Table, clock: str, unit: str, names: Sequence[str], padded: boo
             time, found = seconds(rows.columns[clock], unit, clock)
             guess = guess or found
             stamps = f"{bad[clock]} time stamps are not numbers" if bad[clock] else ""
-        if clock in layout.dates or unit == PACKED:
-            time = past_midnight(time, last)
+        if clock in layout.dates or unit == PACKED or period_of(clock) > DAY:
+            time = past_midnight(time, last, period_of(clock))
             last = time[there[-1]] if len(there := np.flatnonzero(np.isfinite(time))) else last
         kept = np.isfinite(time) if padded else np.ones(len(time), dtype=bool)
         time = time if kept.all() else time[kept]
@@ -310,6 +313,10 @@ def calendar(column: pa.ChunkedArray, name: str) -> tuple[np.ndarray, list[str]]
 
     recorded = column
     column = compute.replace_substring(compute.utf8_trim_whitespace(column), ",", ".")
+    column = compute.replace_substring_regex(column, r"^(\d\d)\.(\d\d)\.(\d{4})", r"\3-\2-\1")
+    if any(cell is not None and cell[3:4].isalpha() for cell in column.slice(0, 1).to_pylist()):
+        for number, month in enumerate(_MONTHS.split(), 1):
+            column = compute.replace_substring_regex(column, rf"^(\d\d)-{month}-(\d{{4}})", rf"\2-{number:02d}-\1")
     # A time of day without a date counts from midnight of day zero.
     column = compute.replace_substring_regex(column, r"^(\d\d:)", r"1970-01-01 \1")
     for zone in (None, "UTC"):
@@ -322,11 +329,11 @@ def calendar(column: pa.ChunkedArray, name: str) -> tuple[np.ndarray, list[str]]
             f"the time column '{name}' holds '{odd[:40]}' where dates read {DATES}, and times of a day {OF_DAY}: "
             "correct it, or give seconds"
         )
-    time = np.array([np.nan if cell is None else _instant(cell) for cell in cells], dtype=float)
+    time = np.array([np.nan if cell is None else instant(cell) for cell in cells], dtype=float)
     return time, [recorded[int(place)].as_py() for place in np.flatnonzero(np.isnan(time)) if cells[place] is not None]
 
 
-def _instant(cell: str) -> float:
+def instant(cell: str) -> float:
     """Seconds since 1970 of a date; NaN where there is no such date."""
     # `fromisoformat` keeps microseconds only, so that the fraction is added as a number.
     try:

@@ -24,7 +24,10 @@ COMMENT = "# tierod "
 
 _NUMBER = re.compile(r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*$|^\s*[-+]?(inf|infinity)\s*$", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"^\s*[-+]?\d*,\d+([eE][-+]?\d+)?\s*$")
-_DATE = re.compile(r"^\s*\d{4}-\d\d-\d\d[T ]\d\d:\d\d|^\s*\d\d:\d\d:\d\d([.,]\d{1,9})?\s*$")
+_DATE = re.compile(
+    r"^\s*(\d{4}-\d\d-\d\d|\d\d\.\d\d\.\d{4}|\d\d-[A-Z][a-z]{2}-\d{4})[T ]\d\d:\d\d|"
+    r"^\s*\d\d:\d\d:\d\d([.,]\d{1,9})?\s*$"
+)
 MISSING = ("", "nan", "NaN", "NAN", "null", "NULL", "None", "n/a", "N/A", "NA", "-", "#N/A", "--")
 _SECTION = re.compile(r"^\s*\[([\w ]+)\]\s*$")
 _CHANNEL = re.compile(r"^\s*channel(?: name| \d+)?\s*[:=]\s*(.+)$", re.IGNORECASE)
@@ -232,8 +235,9 @@ def _titles(header: list[list[str]], width: int) -> tuple[list[str], list[str]]:
     if len(header) == 1:
         return header[-1], nothing
     upper, lower = header[-2], header[-1]
-    if _are_units(lower) and not _are_units(upper):
-        return upper, lower
+    for above, below in ((upper, lower), *zip(header[-3:-2], [upper], strict=False)):  # sources may stand below units
+        if _are_units(below) and not _are_units(above) and 2 * sum(map(bool, above)) > width:
+            return above, below
     if is_time(upper[0]) and lower[0] and known(lower[0]) and tidy(lower[0]) in ("s", "ms", "us", "ns"):
         often = Counter(lower)
         names = [below if below and often[below] == 1 else above for above, below in zip(upper, lower, strict=True)]

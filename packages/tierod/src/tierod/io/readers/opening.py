@@ -71,12 +71,14 @@ _OWN = {
     "asc": "tierod.io.readers.asc:FORMAT",
     "trc": "tierod.io.readers.vendor_can:TRC",
     "candump": "tierod.io.readers.candump:FORMAT",
+    "json": "tierod.io.readers.records:JSON",
+    "long-csv": "tierod.io.readers.records:LONG",
     "can-csv": "tierod.io.readers.can_csv:FORMAT",
     "csv": "tierod.io.readers.csv:FORMAT",
 }
 
 _FALLBACK = "csv"
-_FRAMES_AS_TEXT = ("candump", "can-csv")  # formats of frames that also have the endings of the fallback
+_ALSO_TEXT = ("candump", "can-csv", "long-csv")  # formats that also have the endings of the fallback
 
 
 def _obstacle(name: str, given: object) -> str:
@@ -115,7 +117,7 @@ def detect(path: Path) -> Kind:
     found = _recognised(path, head)
     promised = _promised(path)
     warning = ""
-    if promised and promised != found.name and (promised != _FALLBACK or found.name not in _FRAMES_AS_TEXT):
+    if promised and promised != found.name and (promised != _FALLBACK or found.name not in _ALSO_TEXT):
         warning = (
             f"the ending {path.suffix} belongs to {promised}, but the content is {found.name} and was read as such"
         )
@@ -171,7 +173,7 @@ def _recognised(path: Path, head: bytes) -> Format:
         return READERS[_FALLBACK]
     if promised:
         raise InputError(f"{path} is not a {promised} file, or its beginning is damaged; copy or export it again")
-    kinds = ", ".join(each.title for each in own)
+    kinds = ", ".join(each.title for each in own if each.endings)
     raise InputError(f"{path} has no known format; give one of these: {kinds}")
 
 
