@@ -14,7 +14,7 @@ from tierod.models.linear import LinearSystem
 from tierod.models.steering_column import ColumnParameters
 from tierod.monitors.driver_torque.design import ColumnTuning, design
 from tierod.vehicles import load
-from tierod_lab.papers.column.swept_bench import swept
+from tierod_lab.papers.column.benches import swept
 
 STEPS, PEER_STEPS = 40_000, 1_500  # Samples of one run, and of the peer's, all of which are compared
 PEER_REPEATS, REPEATS = 3, 7

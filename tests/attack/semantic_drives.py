@@ -85,9 +85,9 @@ def _motor_bench(degrees: float = 0.0) -> Callable[[int], Recording]:
 
     def make(seed: int) -> Recording:
         from monitors.motor_angle.monitored import recording
-        from tierod_lab.papers.motor_angle import bench, sensor_faults
+        from tierod_lab.papers.motor_angle import bench
 
-        return recording(bench.drive(seed, 8.0, sensor_faults.offset(degrees) if degrees else None, 5.0).samples)
+        return recording(bench.drive(seed, 8.0, bench.offset(degrees) if degrees else None, 5.0).samples)
 
     return make
 

@@ -49,8 +49,7 @@ from tierod_lab.papers.friction.joint_model import FrictionEstimation as Estimat
 from tierod_lab.papers.friction.presets import consistent, linearised, unscented
 from tierod_lab.papers.friction.refined import LinearisedFrictionMonitor, RefinedFrictionMonitor
 from tierod_lab.papers.friction.variance_method import RollingVariance, VarianceFrictionMonitor, VarianceParameters
-from tierod_lab.papers.motor_angle.feedforward import FeedforwardAngle
-from tierod_lab.papers.motor_angle.observers import RotorFrameObserver, extended_kalman, luenberger
+from tierod_lab.papers.motor_angle.observers import FeedforwardAngle, RotorFrameObserver, extended_kalman, luenberger
 from tierod_lab.papers.motor_angle.variants import PrintedMotorObserver, monitor_with
 from tierod_lab.papers.sideslip.observers import (
     ConventionalKalman,

@@ -5,7 +5,7 @@ from functools import cache
 
 from tierod.core.recording import Recording
 from tierod.methods.identification.bench_recording import bench_recording
-from tierod_lab.papers.column.identified_bench import bench, recorded, truth
+from tierod_lab.papers.column.benches import bench, recorded, truth
 
 TRUTH = truth()
 FREE, LOCKED, RAMPS, SINES = "sweep, wheel free", "sweep, wheel locked", "ramps, wheel locked", "many sines, wheel free"

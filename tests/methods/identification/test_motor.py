@@ -14,9 +14,9 @@ from tierod.methods.identification.motor import identify_motor
 from tierod.models.stator_frame_motor import MotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleSample
 from tierod_lab.ground.motor import Inverter
-from tierod_lab.papers.motor_angle import drawn_motors as study
+from tierod_lab.papers.motor_angle import observer_datasets as study
 from tierod_lab.papers.motor_angle.bench import bench, observed_drive, to_and_fro
-from tierod_lab.papers.motor_angle.salient_bench import salient_bench, salient_drive
+from tierod_lab.papers.motor_angle.fault_trials import salient_bench, salient_drive
 
 FILE = MotorParameters(0.05, 1e-4, 0.0085, 4.0, 1.2e-4, 4e-4)  # what a vehicle file would say
 

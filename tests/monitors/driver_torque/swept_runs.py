@@ -4,7 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from tierod_lab.papers.column.swept_bench import samples, swept
+from tierod_lab.papers.column.benches import samples, swept
 
 
 @lru_cache(maxsize=8)

@@ -14,8 +14,7 @@ from tierod.core.graph import scan
 from tierod.core.statuses import code_of
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.monitors.motor_angle.alarms import ALARMS
-from tierod_lab.papers.motor_angle.bench import RATE, drive
-from tierod_lab.papers.motor_angle.sensor_faults import DEGREE, FIVE_DEGREES, offset
+from tierod_lab.papers.motor_angle.bench import DEGREE, FIVE_DEGREES, RATE, drive, offset
 
 FAULT, HEALTHY = code_of(Status.FAULT), code_of(Status.HEALTHY)
 NOT_ENABLED, NOT_READY = code_of(Status.NOT_ENABLED), code_of(Status.NOT_READY)

@@ -11,7 +11,7 @@ import pytest
 from monitors.motor_angle.monitored import COLUMN, finding, vehicle_with
 from said import said
 from tierod.core.findings import Status
-from tierod_lab.papers.motor_angle.salient_bench import fast_drive, salient_drive, salient_monitor
+from tierod_lab.papers.motor_angle.fault_trials import fast_drive, salient_drive, salient_monitor
 
 driven = lru_cache(maxsize=8)(salient_drive)
 """Drives that several tests watch; one that changes the samples changes a copy."""

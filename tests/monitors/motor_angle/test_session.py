@@ -15,8 +15,7 @@ from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
 from tierod.physics.motor import StatorVector, inverse_clarke
 from tierod_lab.ground.motor import Inverter
-from tierod_lab.papers.motor_angle.bench import RATE, drive, to_and_fro
-from tierod_lab.papers.motor_angle.sensor_faults import FAULTS, FIVE_DEGREES, offset
+from tierod_lab.papers.motor_angle.bench import FAULTS, FIVE_DEGREES, RATE, drive, offset, to_and_fro
 
 ANGLE = FAULT_FREE().samples[:, COLUMN["motor_angle_mechanical"]]
 LATE = np.arange(len(ANGLE)) >= 62_000

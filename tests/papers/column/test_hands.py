@@ -8,10 +8,9 @@ import pytest
 
 from tierod.core.errors import ParameterError
 from tierod_lab.ground.courses.bench import BenchHands
+from tierod_lab.papers.column.benches import AMPLITUDE, HANDS, NOISE, STEP, demands, drawn, known_column, score, swept
 from tierod_lab.papers.column.hand_datasets import Held, Natural, hand_torque, hands_on_and_off, natural_drives
-from tierod_lab.papers.column.handled_bench import STEP, drawn, score
 from tierod_lab.papers.column.printed import PrintedObserver, reduced
-from tierod_lab.papers.column.swept_bench import AMPLITUDE, HANDS, NOISE, demands, known_column, swept
 
 COURSE, KNOWN = BenchHands(time=60.0, seed=8), known_column()
 

@@ -9,10 +9,9 @@ from tierod.models.column_observation import linear_column
 from tierod.models.linear import LinearSystem, sampled
 from tierod.models.steering_column import SteeringColumn
 from tierod_lab.papers.column import model_datasets
-from tierod_lab.papers.column.columns import EIGENVALUES, SETS, gain_of_bar, reduced_columns
-from tierod_lab.papers.column.identified_bench import bench, recorded
+from tierod_lab.papers.column.benches import bench, recorded
+from tierod_lab.papers.column.columns import EIGENVALUES, SETS, balanced_reduction, gain_of_bar, reduced_columns
 from tierod_lab.papers.column.model_datasets import Excitation, rational_rank
-from tierod_lab.papers.column.model_reduction import balanced_reduction
 from tierod_lab.studies.metrics import Frame
 
 COLUMN = linear_column(SteeringColumn, SETS["S1"])

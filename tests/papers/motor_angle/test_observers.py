@@ -10,9 +10,9 @@ from tierod.models.linear import linearise
 from tierod.models.stator_frame_motor import MotorParameters, SampledMotorParameters, StatorFrameMotor
 from tierod.physics.motor import RotorVector, direction, inverse_park
 from tierod.vehicles import load
-from tierod_lab.papers.motor_angle.feedforward import FeedforwardAngle
 from tierod_lab.papers.motor_angle.observers import (
     DqMotor,
+    FeedforwardAngle,
     LinearSpeed,
     LoadedDqMotor,
     extended_kalman,

@@ -13,21 +13,33 @@ from tierod.monitors.motor_angle.definition import MOTOR_ANGLE
 from tierod.monitors.motor_angle.observer import MotorAngleSample
 from tierod_lab.papers.motor_angle import monitor_datasets
 from tierod_lab.papers.motor_angle import observer_datasets as observers
-from tierod_lab.papers.motor_angle.bench import FLUX, INDUCTANCE, RESISTANCE, drive
-from tierod_lab.papers.motor_angle.fault_trials import Found, begin, bench_monitor, found, other_motor
-from tierod_lab.papers.motor_angle.monitor_datasets import AngleCase
-from tierod_lab.papers.motor_angle.observer_datasets import Case
-from tierod_lab.papers.motor_angle.salient_bench import LOAD, fast_drive, salient_bench, stepping_load
-from tierod_lab.papers.motor_angle.sensor_faults import (
+from tierod_lab.papers.motor_angle.bench import (
     DEGREE,
     FIVE_DEGREES,
+    FLUX,
+    INDUCTANCE,
+    RESISTANCE,
     STUCK,
     coarse,
     drift,
+    drive,
     gain,
     intermittent,
     offset,
 )
+from tierod_lab.papers.motor_angle.fault_trials import (
+    LOAD,
+    Found,
+    begin,
+    bench_monitor,
+    fast_drive,
+    found,
+    other_motor,
+    salient_bench,
+    stepping_load,
+)
+from tierod_lab.papers.motor_angle.monitor_datasets import AngleCase
+from tierod_lab.papers.motor_angle.observer_datasets import Case
 
 ANGLE = MotorAngleSample._fields.index("motor_angle_mechanical")
 VARIANTS = ("luenberger", "reduced-luenberger", "extended-kalman", "feedforward")

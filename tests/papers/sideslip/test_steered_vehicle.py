@@ -11,8 +11,14 @@ import pytest
 from tierod.models.linear import linearise
 from tierod.models.single_track import SingleTrack
 from tierod.vehicles import load
-from tierod_lab.papers.sideslip.axles import TORQUE_SHARE, Axles, Slips
-from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle, TorqueShownVehicle, aligning_torque
+from tierod_lab.papers.sideslip.steered_vehicle import (
+    TORQUE_SHARE,
+    Axles,
+    Slips,
+    SteeredVehicle,
+    TorqueShownVehicle,
+    aligning_torque,
+)
 
 VEHICLE = load("steer-by-wire")
 FRICTIONLESS = dataclasses.replace(VEHICLE.parameters_for(SteeredVehicle.Parameters), road_wheel_friction=0.0)

@@ -25,11 +25,10 @@ from tierod_lab.ground.courses.course import During, Grip, Tremor
 from tierod_lab.ground.parts import NO_FAULT
 from tierod_lab.ground.run import run
 from tierod_lab.ground.sensors import SensorSet
-from tierod_lab.papers.column.handled_bench import decisions, drawn, scored
+from tierod_lab.papers.column.benches import NOISE, STEP, decisions, drawn, known_column, samples, scored, swept
 from tierod_lab.papers.column.position_control import ObservedPositionControl
 from tierod_lab.papers.column.printed import COLUMNS, PrintedObserver
 from tierod_lab.papers.column.reference import Reference, Sweep
-from tierod_lab.papers.column.swept_bench import NOISE, STEP, known_column, samples, swept
 from tierod_lab.studies.metrics import Row
 
 FROM = 0.5  # Warm-up of the observers, which start at rest without further knowledge; errors count after it [s]

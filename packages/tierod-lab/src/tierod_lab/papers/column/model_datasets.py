@@ -19,9 +19,8 @@ from tierod_lab.ground.cars.benches import Acting, BenchPorts, ColumnBench
 from tierod_lab.ground.courses.bench import BenchSweep
 from tierod_lab.ground.parts import NO_FAULT
 from tierod_lab.methods.ranks import observability, observability_matrix, pbh_rank, scaled_rank, unscaled_rank
+from tierod_lab.papers.column.benches import NOISE, STEP, bench, experiments, recorded, truth
 from tierod_lab.papers.column.columns import EIGENVALUES, SETS, extended, gain_of_bar, reduced_columns, vibrations
-from tierod_lab.papers.column.identified_bench import bench, experiments, recorded, truth
-from tierod_lab.papers.column.swept_bench import NOISE, STEP
 from tierod_lab.studies.metrics import Row
 
 WHEEL, MOTOR, BAR = "steering_wheel_angle", "motor_angle_mechanical", "driver_torque"

@@ -25,7 +25,7 @@ from tierod.models.steering_column import ColumnOutput, ColumnParameters, TwoIne
 from tierod.monitors.driver_torque.design import ColumnTuning, linear_of
 from tierod.monitors.driver_torque.observer import ColumnSample
 from tierod_lab.methods.stationary import StationaryFilter
-from tierod_lab.papers.column.model_reduction import balanced_reduction
+from tierod_lab.papers.column.columns import balanced_reduction
 
 COLUMNS = ("full", "series spring", "torsion bar", "printed spring", "balanced", "balanced without feed-through")
 """Columns that an observer of the paper can be built on: the full one, the mechanical reduction with one of its springs

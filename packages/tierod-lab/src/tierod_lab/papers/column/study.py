@@ -15,10 +15,10 @@ from tierod.models.steering_column import SteeringColumn
 from tierod.vehicles import load
 from tierod_lab.papers.column import hand_datasets as hands
 from tierod_lab.papers.column import model_datasets as models
+from tierod_lab.papers.column.benches import HANDS, STEP, samples, swept
 from tierod_lab.papers.column.columns import SETS, gain_of_bar, reduced_columns
 from tierod_lab.papers.column.hand_datasets import BEGIN, Held, Natural, Run
 from tierod_lab.papers.column.model_datasets import Excitation, decibels
-from tierod_lab.papers.column.swept_bench import HANDS, STEP, samples, swept
 from tierod_lab.papers.seeds import ReportedSeeds
 from tierod_lab.studies import engine
 from tierod_lab.studies.charts import Curves, chart

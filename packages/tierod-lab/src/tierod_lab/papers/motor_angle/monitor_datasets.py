@@ -27,10 +27,9 @@ from tierod_lab.ground.cars import catalogue
 from tierod_lab.ground.faults import AtTime, Drift, Fault, Offset, Stuck
 from tierod_lab.ground.faults.behaviours import AnyBehaviour
 from tierod_lab.ground.run import run
-from tierod_lab.papers.motor_angle.bench import RATE, clean_drive, noisy
+from tierod_lab.papers.motor_angle.bench import FAULTS, RATE, clean_drive, noisy
 from tierod_lab.papers.motor_angle.fault_trials import AlarmWatch, begin, found, other_motor
 from tierod_lab.papers.motor_angle.observer_datasets import CAR
-from tierod_lab.papers.motor_angle.sensor_faults import FAULTS
 from tierod_lab.studies.metrics import Row
 
 LONG = 60.0  # Duration of a fault-free drive [s]

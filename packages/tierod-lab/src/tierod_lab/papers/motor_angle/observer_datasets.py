@@ -1,9 +1,9 @@
-"""Errors of the observers on the bench and in the car, what a step costs, and identification."""
+"""Errors of the observers on the bench and in the car, what a step costs, and motors with drawn parameters."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -12,15 +12,17 @@ import numpy as np
 from tierod.core.block import Block
 from tierod.core.graph import scan
 from tierod.core.graph.analysis import operation_count
-from tierod.methods.identification.motor import identify_motor
+from tierod.core.recording import Channel, Recording
+from tierod.methods.identification.motor import MotorIdentification, identify_motor
 from tierod.models.stator_frame_motor import MotorParameters
 from tierod.monitors.motor_angle.observer import MotorAngleObserver
+from tierod.physics.motor import flux_at
 from tierod.vehicles import load
 from tierod_lab.ground import courses
 from tierod_lab.ground.cars import catalogue
 from tierod_lab.ground.cars.benches import MotorBench
 from tierod_lab.ground.integration import Varied
-from tierod_lab.ground.motor import AFS_MOTOR, Warming
+from tierod_lab.ground.motor import AFS_MOTOR, Machine, Warming
 from tierod_lab.ground.run import run
 from tierod_lab.ground.sensors import SensorSet
 from tierod_lab.papers.motor_angle.bench import (
@@ -39,11 +41,88 @@ from tierod_lab.papers.motor_angle.bench import (
     to_and_fro,
     with_true,
 )
-from tierod_lab.papers.motor_angle.drawn_motors import drawn, parameter_errors, recording
-from tierod_lab.papers.motor_angle.feedforward import FeedforwardAngle
-from tierod_lab.papers.motor_angle.observers import extended_kalman, luenberger, reduced_luenberger
-from tierod_lab.papers.motor_angle.salient_bench import fast_drive, salient_drive, salient_monitor
+from tierod_lab.papers.motor_angle.fault_trials import fast_drive, salient_drive, salient_monitor
+from tierod_lab.papers.motor_angle.observers import FeedforwardAngle, extended_kalman, luenberger, reduced_luenberger
 from tierod_lab.studies.metrics import Row
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A motor on a bench."""
+
+    machine: Machine  # true parameters of the motor
+    temperature: float  # temperature of winding and magnets [K]
+    seed: int  # seed of the draw
+
+    @property
+    def plant(self) -> MotorBench:
+        """The bench with this motor; its control assumes the motor of the vehicle file."""
+        usual = bench(self.temperature)
+        return replace(usual, motor=replace(usual.motor, machine=self.machine))
+
+    def driven(self, seed: int, seconds: float = 10.0) -> ObserverDrive:
+        """Simulate a drive in both directions against a spring."""
+        time = bench_time(seconds)
+        return observed_drive(self.plant, course(time, seed), np.zeros(len(time)), seed)
+
+
+def drawn(seed: int) -> Drawn:
+    """Draw a motor around that of the vehicle file: electrical parameters by some 10 %, mechanical ones by 20 %."""
+    random = np.random.default_rng([seed, 11])
+    usual = bench().motor.machine
+    inductance = usual.inductance_d * np.exp(0.1 * random.normal())
+    machine = replace(
+        usual,
+        resistance=usual.resistance * float(np.exp(0.1 * random.normal())),
+        inductance_d=float(inductance),
+        inductance_q=float(inductance),
+        flux=usual.flux * float(np.exp(0.04 * random.normal())),
+        inertia=usual.inertia * float(np.exp(0.2 * random.normal())),
+        damping=usual.damping * float(np.exp(0.2 * random.normal())),
+        friction=usual.friction * float(np.exp(0.3 * random.normal())),
+        dahl_angle=usual.dahl_angle * float(np.exp(0.2 * random.normal())),
+    )
+    return Drawn(machine, 293.15 + random.uniform(-30.0, 60.0), seed)
+
+
+def recording(seen: ObserverDrive, temperature: float | None = None) -> Recording:
+    """The drive as a recording of a user, with the temperature of the winding where its motor has that sensor [K]."""
+    columns = dict(zip(MotorAngleObserver.Sample._fields, seen.samples.T, strict=True))
+    units = {"current": "A", "voltage": "V", "angle": "rad"}
+    channels = {
+        name: Channel(name, seen.time, values, units[name.split("_")[1]], name) for name, values in columns.items()
+    }
+    if temperature is not None:
+        constant = np.full(len(seen.time), temperature)
+        channels["motor_temperature"] = Channel("motor_temperature", seen.time, constant, "K", "motor_temperature")
+    return Recording(channels)
+
+
+def parameter_errors(motor: Drawn, found: MotorIdentification) -> list[Row]:
+    """Relative error and standard deviation of every identified parameter, and whether its 95 % interval holds."""
+    m, electrical, mechanical = motor.machine, found.electrical, found.mechanical
+    pairs = {
+        "motor_resistance": (electrical.resistance, m.resistance),
+        "motor_inductance": (electrical.inductance, m.inductance_q),
+        "motor_flux": (electrical.flux, float(flux_at(motor.temperature, m.flux))),
+    }
+    if mechanical is not None:
+        pairs |= {
+            "motor_inertia": (mechanical.inertia, m.inertia),
+            "motor_damping": (mechanical.damping, m.damping),
+            "motor_friction": (mechanical.friction, m.friction),
+            "motor_friction_stiffness": (mechanical.stiffness, m.friction / m.dahl_angle),
+        }
+    return [
+        {
+            "parameter": name,
+            "error": each.value / true - 1.0,
+            "deviation": each.deviation / true,
+            "covered": abs(each.value - true) <= 1.96 * each.deviation,
+        }
+        for name, (each, true) in pairs.items()
+    ]
+
 
 PAPER: dict[str, Callable[..., Block]] = {
     "Luenberger": luenberger,

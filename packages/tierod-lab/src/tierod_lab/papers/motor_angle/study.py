@@ -12,9 +12,9 @@ from tierod.core.content import Chart, Item
 from tierod.vehicles import load
 from tierod_lab.papers.motor_angle import monitor_datasets as monitor
 from tierod_lab.papers.motor_angle import observer_datasets as observers
+from tierod_lab.papers.motor_angle.bench import STUCK, drift, offset
 from tierod_lab.papers.motor_angle.monitor_datasets import AngleCase
 from tierod_lab.papers.motor_angle.observer_datasets import COLD, FAST, HELD, HOT, RAMP, CarDrive, Case
-from tierod_lab.papers.motor_angle.sensor_faults import STUCK, drift, offset
 from tierod_lab.papers.seeds import ReportedSeeds
 from tierod_lab.studies import engine
 from tierod_lab.studies.charts import Curves, chart

@@ -18,8 +18,13 @@ from tierod.monitors.motor_angle.definition import DECISIONS, PAPER, MotorAngleM
 from tierod.monitors.motor_angle.observer import MEASURED, MotorAngleObserver, MotorAngleTuning
 from tierod.monitors.session import Conclusion, Variant
 from tierod.vehicles import Vehicle
-from tierod_lab.papers.motor_angle.feedforward import FeedforwardAngle
-from tierod_lab.papers.motor_angle.observers import RotorFrameObserver, extended_kalman, luenberger, reduced_luenberger
+from tierod_lab.papers.motor_angle.observers import (
+    FeedforwardAngle,
+    RotorFrameObserver,
+    extended_kalman,
+    luenberger,
+    reduced_luenberger,
+)
 
 
 @dataclass(frozen=True)

@@ -22,9 +22,8 @@ from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.kernels import congruence
 from tierod.models.linear import LinearSystem, discretise, linearise
 from tierod_lab.methods.pole_placement import place
-from tierod_lab.papers.sideslip.axles import Axles, Slips
 from tierod_lab.papers.sideslip.schedule import Design, ScheduledObserver, Scheduling, faster_poles, scheduled
-from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle, aligning_torque
+from tierod_lab.papers.sideslip.steered_vehicle import Axles, Slips, SteeredVehicle, aligning_torque
 
 MOST = 1.8  # Largest eigenvalue magnitude times step for which the integration method decays; it diverges from two on
 

@@ -19,7 +19,6 @@ from tierod.methods.estimators.observers import Luenberger
 from tierod.models.linear import linearise
 from tierod_lab.ground.steering.road_wheels import DisturbedSteering
 from tierod_lab.methods.pole_placement import discrete_poles, observer_gain
-from tierod_lab.papers.sideslip.axles import Axles
 from tierod_lab.papers.sideslip.observers import (
     Found,
     LowSpeed,
@@ -37,7 +36,7 @@ from tierod_lab.papers.sideslip.schedule import (
     scheduled,
     stationary_covariance,
 )
-from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle, TorqueShownVehicle
+from tierod_lab.papers.sideslip.steered_vehicle import Axles, SteeredVehicle, TorqueShownVehicle
 
 DISTURBANCE_POLES = (-60.0, -65.0, -70.0)
 """Poles of the disturbance observer [1/s]; three times as fast as the vehicle at the test speed, slightly apart."""
