@@ -17,11 +17,11 @@ from diagnosis_examples import EXAMPLES, friction_fault
 from report_pages import Page, charts, series
 from tierod.core.findings import Estimate
 from tierod.report import print_table, to_json
+from tierod.report.charts.figure import gauge
 from tierod.report.charts.over_time import signal_figure
 from tierod.report.diagnosis import render
 from tierod.report.display import duration, interval, number
 from tierod.report.document import SCHEMA, plain
-from tierod.report.gauge import gauge
 from tierod.report.html import TEMPLATES
 
 

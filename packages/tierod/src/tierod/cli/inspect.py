@@ -65,7 +65,7 @@ def _write_map(
     from tierod.core.files import require_folder, write_text
     from tierod.io.proposal import propose, text_of
     from tierod.vehicles import load
-    from tierod.vehicles.reading import read_by
+    from tierod.vehicles.vehicle import read_by
 
     if channel_map is not None or as_json:
         raise ParameterError(f"--write-map and {'--json' if as_json else '--map'} exclude each other; give one of them")

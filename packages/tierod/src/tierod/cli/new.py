@@ -124,7 +124,7 @@ class _Use(NamedTuple):
         from tierod.methods.identification.drives import SIGNALS, drive_of
         from tierod.monitors.diagnose import able
         from tierod.vehicles import load
-        from tierod.vehicles.reading import read_by
+        from tierod.vehicles.vehicle import read_by
 
         if not path.exists() or path.is_fifo():
             return cls(path, "", True)

@@ -20,7 +20,7 @@ from tierod.io.derive import complete
 from tierod.io.readers import read
 from tierod.monitors.runner import find
 from tierod.vehicles import Vehicle
-from tierod.vehicles.reading import read_by
+from tierod.vehicles.vehicle import read_by
 
 
 def inputs_from(subject: Subject, vehicle: Vehicle, source: Recording | str | Path) -> np.ndarray:

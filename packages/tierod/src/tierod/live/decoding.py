@@ -14,7 +14,7 @@ from tierod.io.readers.frames import EXTENDED, Frames, Heard, identifier_text, m
 from tierod.io.readers.opening import Paths, shipped
 from tierod.io.readers.reading import loaded_map
 from tierod.vehicles import Vehicle
-from tierod.vehicles.reading import Map, read_by
+from tierod.vehicles.vehicle import Map, read_by
 
 if TYPE_CHECKING:
     from cantools.database.can import Message, Signal

@@ -25,8 +25,7 @@ from tierod.monitors.registry import MONITORS
 from tierod.monitors.session import Monitor, Variant
 from tierod.vehicles import QUANTITIES, Parameter, Vehicle, load, shipped
 from tierod.vehicles.classes import is_guess, may_move, typical
-from tierod.vehicles.reading import read_by
-from tierod.vehicles.vehicle import Parameters
+from tierod.vehicles.vehicle import Parameters, read_by
 
 GUESSED = 0.03
 """Relative standard deviation from which a parameter counts as a guess [-]: a tape measure and a scale do better."""

@@ -20,7 +20,7 @@ from tierod.io.readers.reading import measured
 from tierod.io.readings import Readings, held_remark, too_slow
 from tierod.io.signs import COMPARED, sign_warnings, turn_warnings
 from tierod.vehicles import Vehicle
-from tierod.vehicles.reading import read_by
+from tierod.vehicles.vehicle import read_by
 
 CHUNK = 120.0  # Duration of one piece in memory [s]; the outputs of a monitor over ten minutes would take 120 MB more
 

@@ -11,8 +11,14 @@ from tierod.core.findings import Decided, Diagnosis, Element, Episode, Finding, 
 from tierod.core.series import CALENDAR
 from tierod.core.shown import in_words, shown, written
 from tierod.monitors.robustness import first_to_measure
-from tierod.report.charts.decisions import decision_figure, design_charts, looks_chart, quiet_figure
-from tierod.report.charts.distributions import histogram_chart, loop_chart
+from tierod.report.charts.decisions import (
+    decision_figure,
+    design_charts,
+    histogram_chart,
+    looks_chart,
+    loop_chart,
+    quiet_figure,
+)
 from tierod.report.charts.elements import state_figure, substitute_figures
 from tierod.report.charts.figure import Figure
 from tierod.report.charts.over_time import estimate_figures, innovation_figure, result_figure, signal_figure

@@ -18,10 +18,9 @@ from tierod.core.decimation import Packed, coarser, pack
 from tierod.core.findings import Trace
 from tierod.core.signals import SIGNALS
 from tierod.core.version import __version__
-from tierod.report.charts.figure import Figure, drawn_from
+from tierod.report.charts.figure import Figure, drawn_from, gauge
 from tierod.report.charts.panels import panel_figure
 from tierod.report.display import interval
-from tierod.report.gauge import gauge
 from tierod.report.glossary import Glossary
 
 TEMPLATES = Path(__file__).parent / "templates"

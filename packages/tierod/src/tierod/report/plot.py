@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from tierod.core.errors import InputError
 from tierod.core.findings import Diagnosis
-from tierod.report.charts.distributions import histogram_chart, loop_chart
+from tierod.report.charts.decisions import histogram_chart, loop_chart
 from tierod.report.charts.figure import Figure
 from tierod.report.charts.over_time import estimate_figures, innovation_figure, signal_figure
 from tierod.report.charts.panels import panel_figure

@@ -7,7 +7,7 @@ import dataclasses
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, TypeVar
 
 from tierod.core.errors import InputError, ParameterError, nearest
 from tierod.core.fields import NOT_NEGATIVE, Range
@@ -16,6 +16,10 @@ from tierod.core.shown import Screen
 from tierod.core.toml import Document, build
 from tierod.core.units import COUNT, Scale, scale
 from tierod.core.user_files import read_text, toml
+
+if TYPE_CHECKING:
+    from tierod.io.readers.channel_map import ChannelMap
+    from tierod.io.readers.opening import Paths
 
 Parameters = TypeVar("Parameters")
 
@@ -262,3 +266,13 @@ def _beside(key: str, name: str | None, document: Document) -> Path | None:
             "file, correct the name, or leave the key out",
         )
     return found
+
+
+Map: TypeAlias = "str | Path | ChannelMap | None"
+
+
+def read_by(vehicle: Vehicle | None, dbc: Paths = None, channel_map: Map = None) -> tuple[tuple[str | Path, ...], Map]:
+    """CAN databases and channel map for recordings of a vehicle: the given ones, else its own."""
+    databases = dbc or (vehicle.database if vehicle else None) or ()
+    paths = (databases,) if isinstance(databases, str | Path) else tuple(databases)
+    return paths, channel_map or (vehicle.channel_map if vehicle else None)

@@ -27,7 +27,7 @@ from tierod.monitors.pieces import CHUNK
 from tierod.monitors.run import Kept, Run
 from tierod.monitors.runner import Concluded, Runner, usual
 from tierod.vehicles import Vehicle, load
-from tierod.vehicles.reading import read_by
+from tierod.vehicles.vehicle import read_by
 from tierod.web.errors import in_the_page
 from tierod.web.series import SeriesReader, SeriesWriter
 from tierod.web.store import Store, stamp_of

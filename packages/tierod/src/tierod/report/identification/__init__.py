@@ -24,7 +24,7 @@ from tierod.monitors.diagnose import source_of
 from tierod.report.display import number
 from tierod.report.html import Analysis, Origin, render_analysis
 from tierod.vehicles import QUANTITIES, Vehicle, load
-from tierod.vehicles.reading import read_by
+from tierod.vehicles.vehicle import read_by
 from tierod.vehicles.writer import Change, changed, with_thresholds
 
 # Module and attribute of each subject, by its name on the command line
@@ -32,7 +32,7 @@ SUBJECTS = {
     "column": "tierod.report.identification.column:COLUMN",
     "motor": "tierod.report.identification.motor:MOTOR",
     "inverter": "tierod.report.identification.motor:INVERTER",
-    "thresholds": "tierod.report.identification.thresholds:THRESHOLDS",
+    "thresholds": "tierod.report.identification.vehicle:THRESHOLDS",
     "vehicle": "tierod.report.identification.vehicle:VEHICLE",
 }
 
