@@ -7,9 +7,8 @@ from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
 from tierod.core.fields import NOT_NEGATIVE, POSITIVE
-from tierod.core.graph.maths import exp, limit, where
+from tierod.core.graph.maths import absolute, exp, limit, where
 from tierod.physics.steering import assist_speed_factor, assist_torque, variable_gain
-from tierod_lab.ground.laws import active_return_share, active_return_torque
 
 
 class AssistMemory(NamedTuple):
@@ -38,7 +37,11 @@ class Characteristic:
 
 @dataclass(frozen=True)
 class ActiveReturn:
-    """Torque that returns a released wheel to the centre, see `tierod.physics.steering`; by default at most 3 N*m."""
+    """Torque that returns a released wheel to the centre: a proportional control of its rate; by default at most 3 N*m.
+
+    Its share is 0 at rest, 1 at the best speed, less above it, and a half at the fade torque of the driver. Both the
+    reference rate and the share are assumptions of ours; production units use angle and rate alike.
+    """
 
     rate_gain: Annotated[float, "1/s", NOT_NEGATIVE] = 1.5
     maximum_rate: Annotated[float, "rad/s", POSITIVE] = 3.0
@@ -48,8 +51,10 @@ class ActiveReturn:
 
     def torque(self, angle: Scalar, rate: Scalar, speed: Scalar, driver_torque: Scalar) -> Scalar:
         """Torque at the column [N*m]."""
-        share = active_return_share(speed, driver_torque, self.best_speed, self.fade_torque)
-        return share * active_return_torque(angle, rate, self.rate_gain, self.maximum_rate, self.gain)
+        relative, effort = absolute(speed) / self.best_speed, driver_torque / self.fade_torque
+        share = 2.0 * relative / ((1.0 + relative * relative) * (1.0 + effort * effort))
+        wanted = limit(-self.rate_gain * angle, -self.maximum_rate, self.maximum_rate)
+        return share * (self.gain * (wanted - rate))
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tierod.core.block import Scalar
-from tierod.core.graph.maths import absolute, exp, limit, maximum, power, sign, sqrt, where
+from tierod.core.graph.maths import absolute, exp, maximum, power, sign, sqrt, where
 from tierod.physics.motor import Direction, RotorVector, StatorVector, Vector, inverse_park, park
 
 
@@ -86,20 +86,6 @@ def lash_torque(twist: Scalar, twist_rate: Scalar, stiffness: Scalar, damping: S
     return where(play > 0.0, loose, stiffness * twist + damping * twist_rate)
 
 
-def end_stop_torque(angle: Scalar, rate: Scalar, lock: Scalar, stiffness: Scalar, damping: Scalar) -> Scalar:
-    """Torque [N*m] of an elastic, damped stop, positive where it opposes a turn to the left.
-
-    A stop pushes and never pulls.
-
-    Args: angle [rad]; rate [rad/s]; lock: angle at which either stop makes contact [rad], positive; stiffness: of the
-    stop [N*m/rad]; damping: of the stop [N*m*s/rad].
-    """
-    depth = absolute(angle) - lock
-    direction = sign(angle)
-    push = maximum(stiffness * depth + damping * direction * rate, 0.0)
-    return where(depth > 0.0, direction * push, 0.0)
-
-
 def variable_ratio(steering_wheel_angle: Scalar, centre_ratio: Scalar, growth: Scalar) -> Scalar:
     """Ratio [-] of a rack that becomes more direct away from the centre.
 
@@ -130,18 +116,6 @@ def ackermann_slope(mean_angle: Scalar, gain: Scalar) -> Scalar:
     Args: mean_angle: mean steer of both front wheels [rad]; gain: as in `ackermann_angle` [1/rad].
     """
     return 1.0 + 2.0 * gain * mean_angle
-
-
-def longest_voltage(supply_voltage: Scalar) -> Scalar:
-    """Length of the longest voltage vector [V] that the inverter can produce in every direction.
-
-    Source: space-vector modulation, circle inside the hexagon; Holmes and Lipo, Pulse Width Modulation for Power
-    Converters (2003), ch. 6: V_dc / sqrt(3).
-
-    Args: supply_voltage: of the DC link [V].
-    """
-    share: float = 3.0**-0.5
-    return supply_voltage * share
 
 
 def limited_voltage(wanted: Vector, longest: Scalar) -> Vector:
@@ -196,50 +170,6 @@ def cogging_torque(rotor: Direction, amplitude: Scalar) -> Scalar:
     """
     twice = 2.0 * rotor.sine * rotor.cosine
     return amplitude * twice * (3.0 - 4.0 * twice * twice)
-
-
-def copper_loss(current: StatorVector, resistance: Scalar) -> Scalar:
-    """Copper loss of the three windings [W].
-
-    Args: current [A]; resistance: of a phase [ohm].
-    """
-    return 1.5 * resistance * (current.alpha * current.alpha + current.beta * current.beta)
-
-
-def electric_power(voltage: StatorVector, current: StatorVector) -> Scalar:
-    """Electric power into the motor [W].
-
-    Args: voltage [V]; current [A].
-    """
-    return 1.5 * (voltage.alpha * current.alpha + voltage.beta * current.beta)
-
-
-def active_return_torque(
-    angle: Scalar, rate: Scalar, return_rate_gain: Scalar, maximum_rate: Scalar, gain: Scalar
-) -> Scalar:
-    """Torque [N*m] at the column that returns a released steering wheel at a reference rate.
-
-    A proportional controller of the rate, whose reference is an assumption of ours; production units use angle and
-    rate alike.
-
-    Args: angle: of the steering wheel [rad]; rate: of the steering wheel [rad/s]; return_rate_gain: reference rate per
-    angle [1/s]; maximum_rate: limit of the reference rate [rad/s]; gain: torque per rate error [N*m*s/rad].
-    """
-    wanted = limit(-return_rate_gain * angle, -maximum_rate, maximum_rate)
-    return gain * (wanted - rate)
-
-
-def active_return_share(speed: Scalar, driver_torque: Scalar, best_speed: Scalar, fade_torque: Scalar) -> Scalar:
-    """Factor [-] of the active return: 0 at rest, 1 at the best speed, less above it and under driver torque.
-
-    An assumption of ours: 2 x / (1 + x^2) over the relative speed, 1 / (1 + y^2) over the relative torque.
-
-    Args: speed: forward speed [m/s]; driver_torque: torque in the torsion bar [N*m]; best_speed: speed at which the
-    steering needs most torque to return [m/s]; fade_torque: driver torque at which the factor has fallen to a half
-    [N*m].
-    """
-    relative, effort = absolute(speed) / best_speed, driver_torque / fade_torque
-    return 2.0 * relative / ((1.0 + relative * relative) * (1.0 + effort * effort))
 
 
 def pursuit_curvature(offset_ahead: Scalar, reach: Scalar) -> Scalar:

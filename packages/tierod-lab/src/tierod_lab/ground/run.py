@@ -401,10 +401,9 @@ def _recorded(
     said = {"friction": dataclasses.asdict(levels), "stretches": stretches} | (metadata or {})
     outcome = run(car, course, None, seed, measured, faults, scatter, said)
     if outcome.diverged_at is not None:
-        raise ParameterError(
-            f"the drive with seed {seed} diverged after {outcome.diverged_at:.2f} s: the car left the road for good; "
-            "check its parameters, or take `run`, which keeps what was recorded until then"
-        )
+        diverged = f"the drive with seed {seed} diverged after {outcome.diverged_at:.2f} s"
+        advice = "check its parameters, or take `run`, which keeps what was recorded until then"
+        raise ParameterError(f"{diverged}: the car left the road for good; {advice}")
     return outcome.recording
 
 

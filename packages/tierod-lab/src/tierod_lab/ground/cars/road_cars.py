@@ -129,9 +129,8 @@ class SteerByWireCar(Car):
         wheel = read("steering_wheel_angle", seen.hand.angle)
         gain = self.gain.gain(read("vehicle_speed", seen.vehicle_speed))
         target = self.steering_ratio * gain * wheel
-        memory, torque = self.angle_control.decide(
-            memory, target, read("road_wheel_angle", seen.steering.road_wheel_angle)
-        )
+        sensed = read("road_wheel_angle", seen.steering.road_wheel_angle)
+        memory, torque = self.angle_control.decide(memory, target, sensed)
         feedback = self.feel.torque(wheel, read("steering_wheel_rate", seen.hand.rate), seen.steering.motor_torque)
         return memory, (torque, feedback), Steered(target, torque)
 
@@ -178,13 +177,8 @@ class ActiveFrontCar(Car):
     def control(self, memory: SuperpositionUnits, seen: Observed, read: Read) -> Controlled:
         steering, before = seen.steering, memory.motor.rotor
         speed, wheel = read("vehicle_speed", seen.vehicle_speed), read("steering_wheel_angle", seen.hand.angle)
-        assist, assist_torque = self.assist.decide(
-            memory.assist,
-            read("driver_torque", steering.driver_torque),
-            speed,
-            wheel,
-            read("steering_wheel_rate", seen.hand.rate),
-        )
+        driver, rate = read("driver_torque", steering.driver_torque), read("steering_wheel_rate", seen.hand.rate)
+        assist, assist_torque = self.assist.decide(memory.assist, driver, speed, wheel, rate)
         ratios = self.steering.motor_ratio, self.steering.input_ratio
         target = superposed_target(wheel, self.ratio.gain(speed), *ratios)
         sensed = read("motor_angle_mechanical", before.angle)
@@ -199,11 +193,8 @@ class ActiveFrontCar(Car):
         )
         # With the mean speed over the step the steering reaches exactly the rotor's angle at its end.
         mean_speed = (motor.rotor.angle - before.angle) / self.step_time
-        return (
-            SuperpositionUnits(assist, angle, motor),
-            (assist_torque, mean_speed),
-            Superposing(target, torque, signals),
-        )
+        units = SuperpositionUnits(assist, angle, motor)
+        return units, (assist_torque, mean_speed), Superposing(target, torque, signals)
 
 
 Commanded = signals(

@@ -9,16 +9,6 @@ from tierod.core.graph.maths import absolute, maximum, sign, sin, sqrt
 from tierod.physics.tyre import magic_angle
 
 
-def sliding_slip(cornering_stiffness: Scalar, adhesion: Scalar, load: Scalar) -> Scalar:
-    """Tangent of the slip angle [-] at which the whole contact patch of the brush model slides.
-
-    Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed., section 3.2.1: tan(alpha_sl) = 3 mu Fz / C.
-
-    Args: cornering_stiffness [N/rad]; adhesion: friction coefficient of tyre and road [-]; load: vertical load [N].
-    """
-    return 3.0 * adhesion * load / cornering_stiffness
-
-
 def brush_lateral_force(lateral_slip: Scalar, cornering_stiffness: Scalar, adhesion: Scalar, load: Scalar) -> Scalar:
     """Lateral force [N] of the brush model with parabolic pressure, the same as Fiala's.
 
@@ -29,7 +19,7 @@ def brush_lateral_force(lateral_slip: Scalar, cornering_stiffness: Scalar, adhes
     Args: lateral_slip: tangent of the slip angle [-]; cornering_stiffness [N/rad]; adhesion: friction coefficient of
     tyre and road [-]; load: vertical load [N].
     """
-    share = lateral_slip / sliding_slip(cornering_stiffness, adhesion, load)
+    share = lateral_slip / (3.0 * adhesion * load / cornering_stiffness)
     sticking = maximum(1.0 - absolute(share), 0.0)
     return adhesion * load * sign(share) * (1.0 - sticking * sticking * sticking)
 
@@ -44,21 +34,9 @@ def brush_aligning_torque(
     Args: lateral_slip: tangent of the slip angle [-]; cornering_stiffness [N/rad]; adhesion: friction coefficient of
     tyre and road [-]; load: vertical load [N]; contact_half_length: half of the contact length, a [m].
     """
-    share = lateral_slip / sliding_slip(cornering_stiffness, adhesion, load)
+    share = lateral_slip / (3.0 * adhesion * load / cornering_stiffness)
     sticking = maximum(1.0 - absolute(share), 0.0)
     return adhesion * load * contact_half_length * share * sticking * sticking * sticking
-
-
-def relaxation_rate(deflection: Scalar, lateral_slip_speed: Scalar, speed: Scalar, relaxation_length: Scalar) -> Scalar:
-    """Rate [m/s] of the lateral deflection of a rolling tyre; deflection over relaxation length is the effective slip.
-
-    Source: Pacejka, 3rd ed., eq (7.7): du/dt + |V| u / sigma = Vsy.
-
-    Args: deflection: lateral deflection [m]; lateral_slip_speed: lateral speed of the contact patch across the wheel
-    plane [m/s]; over the forward speed it is the tangent of the slip angle; speed: forward speed [m/s], not negative;
-    zero is allowed; relaxation_length: distance over which the force builds up [m].
-    """
-    return lateral_slip_speed - absolute(speed) / relaxation_length * deflection
 
 
 def bounded_relaxation_rate(
@@ -66,13 +44,14 @@ def bounded_relaxation_rate(
 ) -> Scalar:
     """Rate [m/s] of the deflection of a rolling tyre, bounded so that a fixed-step integration is stable at any speed.
 
-    Source: `relaxation_rate` with a lag of the tread in series; the steady-state deflection is the same.
+    Source: Pacejka, 3rd ed., eq (7.7), du/dt + |V| u / sigma = Vsy, with a lag of the tread in series; the steady-state
+    deflection is the same.
 
     Args: deflection: of the tyre [m]; slip_speed: of the contact patch in the direction of the deflection [m/s]; speed:
     forward speed, for example from `relaxation_speed`, not negative [m/s]; relaxation_length: distance over which the
     force builds up [m]; shortest_time: added to the time constant sigma/V, which therefore never falls below it [s].
     """
-    rate = relaxation_rate(deflection, slip_speed, speed, relaxation_length)
+    rate = slip_speed - absolute(speed) / relaxation_length * deflection
     return rate / (1.0 + shortest_time / relaxation_length * speed)
 
 
@@ -127,17 +106,6 @@ def stiffness_per_load(load: Scalar, nominal_load: Scalar, greatest: Scalar, loa
     return 2.0 * greatest / load_of_greatest / (1.0 + share * share)
 
 
-def friction_at_load(load: Scalar, nominal_load: Scalar, friction: Scalar, sensitivity: Scalar) -> Scalar:
-    """Peak force over load [-], which falls as the load rises.
-
-    Source: Pacejka, 3rd ed., section 4.3.2: mu = pD1 + pD2 (Fz - Fz0)/Fz0.
-
-    Args: load: vertical load [N]; nominal_load: Fz0 [N]; friction: at nominal load, pD1 [-]; sensitivity: change with
-    the load over nominal load, pD2 [-], negative.
-    """
-    return friction + sensitivity * (load / nominal_load - 1.0)
-
-
 def combined_forces(
     slips: tuple[Scalar, Scalar],
     stiffnesses: tuple[Scalar, Scalar],
@@ -164,26 +132,3 @@ def combined_forces(
     angle = magic_angle(length / shape_factor, curvature_factor)
     secant = load * sin(shape_factor * angle) / length
     return SlipForces(stiffnesses[0] * slips[0] * secant, stiffnesses[1] * slips[1] * secant, angle)
-
-
-def lateral_load_transfer(force: Scalar, roll_centre_height: Scalar, roll_torque: Scalar, track: Scalar) -> Scalar:
-    """Load [N] that is transferred from the left to the right wheel of an axle.
-
-    Source: Mitschke and Wallentowitz, Dynamik der Kraftfahrzeuge, 5th ed., section 23.1: one part through the links at
-    once, the other through the springs as the body rolls.
-
-    Args: force: lateral force of the axle's tyres on the body, to the left [N]; roll_centre_height: of the axle, above
-    ground [m]; roll_torque: of the axle's springs and dampers, against a roll to the right [N*m]; track [m].
-    """
-    return (force * roll_centre_height + roll_torque) / track
-
-
-def scrub_radius_torque(left_force: Scalar, right_force: Scalar, scrub_radius: Scalar) -> tuple[Scalar, Scalar]:
-    """Torques [N*m] about the left and right kingpin of drive and brake forces at the ground.
-
-    Validity: brakes and motors inside the wheel, so that their torque acts on the knuckle.
-
-    Args: left_force, right_force: of the tyres along their wheels, forward [N]; scrub_radius: from the kingpin axis, at
-    the ground, outward to the wheel plane [m].
-    """
-    return scrub_radius * left_force, -scrub_radius * right_force

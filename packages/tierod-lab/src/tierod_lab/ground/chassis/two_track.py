@@ -12,7 +12,7 @@ from tierod.physics import motion as single_track
 from tierod.physics.motion import GRAVITY, front_axle_load, longitudinal_load_transfer, yaw_moment
 from tierod.physics.steering import weight_lever, weight_torque
 from tierod.physics.tyre import twist_rate
-from tierod_lab.ground.chassis.laws import lateral_load_transfer, parking_torque, scrub_radius_torque
+from tierod_lab.ground.chassis.laws import parking_torque
 from tierod_lab.ground.chassis.tyres import (
     AirForces,
     Contact,
@@ -97,9 +97,9 @@ class Kingpins:
     ) -> tuple[Scalar, Scalar]:
         """Torques about the left and the right kingpin due to weight and to longitudinal tyre forces [N*m]."""
         lever = weight_lever(self.scrub_radius, self.inclination, wheel_radius)
-        left, right = scrub_radius_torque(
-            contacts.front_left.longitudinal_force, contacts.front_right.longitudinal_force, self.scrub_radius
-        )
+        # Brakes and motors are inside the wheels, so that their torque acts on the knuckle.
+        left = self.scrub_radius * contacts.front_left.longitudinal_force
+        right = -self.scrub_radius * contacts.front_right.longitudinal_force
         left = left + weight_torque(loads.front_left, lever, hubs.front_left.sine)
         return left, right + weight_torque(loads.front_right, lever, hubs.front_right.sine)
 
@@ -279,8 +279,8 @@ class TwoTrack(OnTwoAxles):
         ):
             mean = maximum(static, 0.0)
             roll_torque = axle.roll_stiffness * motion.roll_angle + axle.roll_damping * motion.roll_rate
-            transfer = lateral_load_transfer(force, axle.roll_centre_height, roll_torque, axle.track)
-            transfer = limit(transfer, -mean, mean)
+            # Mitschke and Wallentowitz, section 23.1: one part through the links, the other through the springs.
+            transfer = limit((force * axle.roll_centre_height + roll_torque) / axle.track, -mean, mean)
             loads += [mean - transfer, mean + transfer]
         return Wheels(*loads)
 

@@ -13,7 +13,6 @@ from tierod.physics.tyre import trail
 from tierod_lab.ground.chassis.laws import (
     bounded_relaxation_rate,
     combined_forces,
-    friction_at_load,
     relaxation_speed,
     stiffness_per_load,
 )
@@ -230,7 +229,8 @@ def contact(
     lateral_rate = bounded_relaxation_rate(deflection, sliding, speed, side, TREAD_LAG)
     along = (longitudinal_deflection + tyre.damping_time * longitudinal_rate) / length
     across = (deflection + tyre.damping_time * lateral_rate) / side
-    at_load = friction_at_load(load, tyre.nominal_load, tyre.friction, tyre.load_sensitivity)
+    # Pacejka, 3rd ed., section 4.3.2: mu = pD1 + pD2 (Fz - Fz0)/Fz0.
+    at_load = tyre.friction + tyre.load_sensitivity * (load / tyre.nominal_load - 1.0)
     friction = maximum(adhesion, LEAST_ADHESION) * at_load
     stiffness = stiffness_per_load(load, tyre.nominal_load, tyre.cornering_stiffness, tyre.load_of_greatest)
     forces = combined_forces(

@@ -149,15 +149,12 @@ class BenchHands(Described):
 
     def __post_init__(self) -> None:
         for low, high in (("shortest", "longest"), ("lightest", "firmest"), ("quickest", "slowest")):
-            if not getattr(self, low) <= getattr(self, high):
-                raise ParameterError(
-                    f"{low} is {getattr(self, low):g} and {high} {getattr(self, high):g}; the first must not be greater"
-                )
+            least, most = getattr(self, low), getattr(self, high)
+            if not least <= most:
+                raise ParameterError(f"{low} is {least:g} and {high} {most:g}; the first must not be greater")
         if not 2.0 * self.ramp <= self.shortest:
-            raise ParameterError(
-                f"hands that stay {self.shortest:g} s cannot take {self.ramp:g} s each for gripping and releasing; "
-                "give at least twice the ramp"
-            )
+            hurried = f"hands that stay {self.shortest:g} s cannot take {self.ramp:g} s each for gripping and releasing"
+            raise ParameterError(f"{hurried}; give at least twice the ramp")
 
     @property
     def duration(self) -> float:

@@ -52,12 +52,9 @@ class Course(Protocol):
 def combine(columns: Columns, more: Columns) -> None:
     """Combine further columns with existing ones, in place; those of `FACTORS` are multiplied, all others added."""
     for name, values in more.items():
-        if name not in columns:
-            columns[name] = values
-        elif name in FACTORS:
-            columns[name] = columns[name] * values
-        else:
-            columns[name] = columns[name] + values
+        if name in columns:
+            values = columns[name] * values if name in FACTORS else columns[name] + values
+        columns[name] = values
 
 
 class Grid:
@@ -86,11 +83,7 @@ KNOTS = 4096
 def smooth_noise(
     generator: np.random.Generator, shortest: float, longest: float, step: float, count: int = KNOTS
 ) -> np.ndarray:
-    """A random curve on equal steps, with unit standard deviation at its knots.
-
-    Args:
-        shortest, longest: range of the knots' spacing [s] or [m]
-    """
+    """A random curve on equal steps, with unit standard deviation at knots that are so far apart [s] or [m]."""
     knots = np.concatenate([[0.0], np.cumsum(generator.uniform(shortest, longest, count))])
     values = generator.standard_normal(count)
     place = np.arange(0.0, knots[-1], step)
@@ -118,13 +111,7 @@ class Repeated:
 def band_limited(
     generator: np.random.Generator, lowest: float, highest: float, seconds: float, step: float
 ) -> np.ndarray:
-    """A random curve on equal steps, of unit standard deviation and constant power density within a band.
-
-    Args:
-        lowest, highest: limits of the band [Hz]
-        seconds: duration [s]
-        step: spacing [s]
-    """
+    """A random curve over a time [s] on equal steps [s], with unit deviation and constant power within a band [Hz]."""
     count = round(seconds / step) + 1
     frequency = np.fft.rfftfreq(count, step)
     inside = (frequency >= lowest) & (frequency <= highest)

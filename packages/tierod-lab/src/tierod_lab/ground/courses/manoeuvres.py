@@ -228,10 +228,8 @@ class RandomSteer(AtSpeed):
 
     def __post_init__(self) -> None:
         if not (self.highest - self.lowest) * self.time >= 1.0:
-            raise ParameterError(
-                f"random steering from {self.lowest:g} to {self.highest:g} Hz has no band that {self.time:g} s could "
-                "show; give the lower one first, and more time the narrower the band is"
-            )
+            band = f"random steering from {self.lowest:g} to {self.highest:g} Hz has no band that {self.time:g} s"
+            raise ParameterError(f"{band} could show; give the lower one first, and more time for a narrower band")
 
     @property
     def test_time(self) -> float:
@@ -309,9 +307,8 @@ class LockToLock(TimeCourse):
         targets, starts, ends = self._strokes
         stroke = np.minimum(np.searchsorted(ends, time), len(ends) - 1)
         share = np.clip((time - starts[stroke]) / (ends - starts)[stroke], 0.0, 1.0)
-        return np.asarray(
-            targets[stroke] + (targets[stroke + 1] - targets[stroke]) * (0.5 - 0.5 * np.cos(math.pi * share))
-        )
+        eased = 0.5 - 0.5 * np.cos(math.pi * share)
+        return np.asarray(targets[stroke] + (targets[stroke + 1] - targets[stroke]) * eased)
 
     def columns(self, time: np.ndarray, distance: np.ndarray, speed: np.ndarray | float, ahead: float) -> Columns:
         columns = super().columns(time, distance, speed, ahead)

@@ -24,10 +24,7 @@ from tierod.physics.motor import (
 )
 from tierod_lab.ground.laws import (
     cogging_torque,
-    copper_loss,
     current_of_flux,
-    electric_power,
-    longest_voltage,
     torque_of_flux,
 )
 from tierod_lab.ground.motor.control import ControlMemory, CurrentControl
@@ -66,8 +63,12 @@ class Inverter:
 
     @property
     def longest_voltage(self) -> Scalar:
-        """Maximum length of the voltage vector in use [V]."""
-        return self.modulation * longest_voltage(self.supply_voltage)
+        """Maximum length of the voltage vector in use [V], within the circle inside the hexagon of the inverter.
+
+        Source: Holmes and Lipo, Pulse Width Modulation for Power Converters (2003), ch. 6: V_dc / sqrt(3).
+        """
+        circle: float = 3.0**-0.5
+        return self.modulation * (self.supply_voltage * circle)
 
     def made(self, command: StatorVector, current: StatorVector, period: Scalar) -> StatorVector:
         """Mean voltage over a modulation period [s] that a command makes at a current [A]."""
@@ -185,7 +186,9 @@ def advance(
     at = turned(now.at, machine.pole_pairs * period * middle_rotor.speed)
     dry = dahl_update(dry, half * middle_rotor.speed, machine.dahl_angle)
     after = Instant(after_rotor, linkage, dry, _current(machine, linkage, at, winding), at)
-    return after, Mean(shaft_torque(machine, middle), copper_loss(middle.current, winding.resistance))
+    alpha, beta = middle.current
+    heat = 1.5 * winding.resistance * (alpha * alpha + beta * beta)
+    return after, Mean(shaft_torque(machine, middle), heat)
 
 
 def shaft_torque(machine: Machine, now: Instant) -> Scalar:
@@ -352,12 +355,14 @@ class PmMotor:
         torque, heat = (sum(values[1:], values[0]) / self.substeps for values in zip(*means, strict=True))
         warmth = self.warming.after(warm, heat, step)
         after = DriveState(now.rotor, now.linkage, now.dry, control, voltage, command, warmth)
+        command_, current_ = state.command, first.current
+        power = 1.5 * (command_.alpha * current_.alpha + command_.beta * current_.beta)
         signals = DriveSignals(
             FineSignals(*map(tuple, zip(*seen, strict=True))),
             torque_of_flux(first.linkage, first.current, machine.pole_pairs),
             warm.winding,
             self.inverter.supply_voltage,
-            electric_power(state.command, first.current) / self.inverter.supply_voltage,
+            power / self.inverter.supply_voltage,
             0.0 if load is None else load(*first.rotor, 0.0),
             machine.friction * first.dry,
             *winding,

@@ -9,9 +9,9 @@ from typing import Annotated, NamedTuple
 from tierod.core.block import Scalar, Tree
 from tierod.core.errors import ParameterError
 from tierod.core.fields import ANY, NOT_NEGATIVE, POSITIVE
-from tierod.core.graph.maths import limit, sin
+from tierod.core.graph.maths import absolute, limit, maximum, sign, sin, where
 from tierod.physics.steering import road_wheel_angle, torque_at_steering_wheel, torsion_bar_torque
-from tierod_lab.ground.laws import ackermann_angle, ackermann_slope, end_stop_torque, variable_ratio
+from tierod_lab.ground.laws import ackermann_angle, ackermann_slope, variable_ratio
 from tierod_lab.ground.parts import Hand, Loads, Memory, Steer, signals
 from tierod_lab.ground.steering.friction import Dahl, DryFriction
 
@@ -63,10 +63,8 @@ class SpeedLimit:
 
     def __post_init__(self) -> None:
         if not self.no_load_speed > self.base_speed:
-            raise ParameterError(
-                f"a motor without load turns at {self.no_load_speed:g} rad/s, which is not above its base speed of "
-                f"{self.base_speed:g} rad/s; raise no_load_speed"
-            )
+            turns = f"a motor without load turns at {self.no_load_speed:g} rad/s, which is not above its base speed"
+            raise ParameterError(f"{turns} of {self.base_speed:g} rad/s; raise no_load_speed")
 
 
 @dataclass(frozen=True)
@@ -116,6 +114,12 @@ class EndStop:
     angle: Annotated[float, "rad", POSITIVE] = math.radians(572.0)
     stiffness: Annotated[float, "N*m/rad", NOT_NEGATIVE] = 400.0
     damping: Annotated[float, "N*m*s/rad", NOT_NEGATIVE] = 5.0
+
+    def torque(self, angle: Scalar, rate: Scalar) -> Scalar:
+        """Torque [N*m] that opposes a turn to the left; a stop pushes and never pulls."""
+        depth, direction = absolute(angle) - self.angle, sign(angle)
+        push = maximum(self.stiffness * depth + self.damping * direction * rate, 0.0)
+        return where(depth > 0.0, direction * push, 0.0)
 
 
 class Resistance(NamedTuple):
@@ -182,7 +186,7 @@ class Linkage:
         friction = torque_at_steering_wheel(friction, slope)
         left = torque_at_steering_wheel(loads.kingpin_left, slope * ackermann_slope(mean, gain))
         right = torque_at_steering_wheel(loads.kingpin_right, slope * ackermann_slope(mean, -gain))
-        stop = end_stop_torque(angle, rate, self.end_stop.angle, self.end_stop.stiffness, self.end_stop.damping)
+        stop = self.end_stop.torque(angle, rate)
         return Resistance(left + 0.5 * friction, right + 0.5 * friction, left + right, friction, stop)
 
     def stiffness(self, angle: Scalar, rate: Scalar, memory: Memory) -> Scalar:

@@ -125,13 +125,10 @@ class SteerByWire:
         self, motion: SteerByWireMotion, start: SteerByWireMotion, memory: SteerByWireMemory, loads: Loads
     ) -> SteerByWireMotion:
         balance, (road, feedback) = self._balance(motion, start, memory, loads), loads.actuator_torques
+        wheel, torque_rate = motion.wheel, self.feedback.torque_rate(motion.wheel.torque, feedback)
+        hands = HandWheelMotion(wheel.rate, balance.wheel_acceleration, torque_rate)
         return SteerByWireMotion(
-            motion.rate,
-            balance.acceleration,
-            self.motor.torque_rate(motion.motor_torque, road),
-            HandWheelMotion(
-                motion.wheel.rate, balance.wheel_acceleration, self.feedback.torque_rate(motion.wheel.torque, feedback)
-            ),
+            motion.rate, balance.acceleration, self.motor.torque_rate(motion.motor_torque, road), hands
         )
 
     def advance(
@@ -153,8 +150,7 @@ class SteerByWire:
             wheel.torque,
             0.5 * (steer.left + steer.right),
             0.5 * (steer.left_rate + steer.right_rate),
-            steer.left,
-            steer.right,
+            *steer[:2],
             motion.angle,
             linkage.rack_ratio * motion.angle,
             motion.motor_torque,
@@ -185,9 +181,8 @@ class SteerByWire:
     def _inertia(self) -> Scalar:
         """Inertia of all parts that move with the road wheels, at the pinion [kg*m**2]."""
         linkage, motor = self.linkage, self.motor
-        return (
-            linkage.ratio * linkage.ratio * self.inertia + linkage.inertia + motor.ratio * motor.ratio * motor.inertia
-        )
+        rotor = motor.ratio * motor.ratio * motor.inertia
+        return linkage.ratio * linkage.ratio * self.inertia + linkage.inertia + rotor
 
     def _hand_inertia(self) -> Scalar:
         """Inertia of steering wheel and feedback motor [kg*m**2]."""
