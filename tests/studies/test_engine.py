@@ -72,12 +72,6 @@ def test_every_metric_of_four_rows(text, figure):
     assert text.split()[0] in METRICS
 
 
-def test_a_fault_that_was_not_found_makes_a_quantile_infinite():
-    found = Frame.of("delays", [{"delay": each} for each in (1.0, 2.0, math.inf)])
-    assert metric("median delay", found) == 2.0
-    assert metric("p95 delay", found) == math.inf
-
-
 @pytest.mark.parametrize(
     ("keys", "figure"),
     [

@@ -9,7 +9,6 @@ from tierod.models.column_observation import linear_column
 from tierod.models.linear import LinearSystem, sampled
 from tierod.models.steering_column import SteeringColumn
 from tierod_lab.papers.column import model_datasets
-from tierod_lab.papers.column.benches import bench, recorded
 from tierod_lab.papers.column.columns import EIGENVALUES, SETS, balanced_reduction, gain_of_bar, reduced_columns
 from tierod_lab.papers.column.model_datasets import Excitation, rational_rank
 from tierod_lab.studies.metrics import Frame
@@ -42,14 +41,6 @@ def test_a_reduction_errs_within_its_bound_and_keeps_the_steady_state():
     steady, kept, wrong = (each.D - each.C @ np.linalg.solve(each.A, each.B) for each in (whole, found, without))
     np.testing.assert_allclose(kept, steady, atol=1e-9)
     assert np.abs(wrong - steady).max() > 1e-2
-
-
-def test_physical_states_come_back_at_steady_state():
-    whole = stable()
-    found = balanced_reduction(whole, 3, {}, {}, shift=0.0)
-    shown = found.physical(whole.states[4], of=whole)
-    steady = -np.linalg.solve(whole.A, whole.B)[4]
-    np.testing.assert_allclose(shown.D[2] - shown.C[2] @ np.linalg.solve(shown.A, shown.B), steady, atol=1e-9)
 
 
 @pytest.mark.parametrize(("order", "shift", "says"), [(0, 1.0, "order is 0"), (6, 1.0, "1 to 5"), (4, 0.0, "larger")])
@@ -100,25 +91,11 @@ def test_ranks_by_every_method_stand_beside_the_printed_ones():
     assert len(single.where({"method": "tolerance 1e-16"})) == 2
 
 
-def test_the_series_spring_is_the_best_mechanical_one_and_the_balanced_column_better_still():
-    found = {row["reduction"]: row for row in model_datasets.reductions(None)}
-    assert found["balanced"]["error"] < 0.5 < found["mechanical, series"]["error"]
-    assert found["mechanical, series"]["error"] < found["mechanical, torsion bar"]["error"]
-    assert found["balanced"]["feed_through"] == pytest.approx(0.0929, rel=0.01)
-    assert all(row["rank"] == 6 for row in found.values())
-
-
 def test_a_measured_gain_is_that_of_the_column_and_friction_changes_it():
     (bare,), (weak,) = (model_datasets.frequency_gains(Excitation(each, 60.0, 61)) for each in (0.0, 0.12))
     assert abs(bare["gain_3_to_6_hz"]) < 0.2
     assert bare["peak"] == pytest.approx(12.7, abs=0.3)
     assert weak["gain_3_to_6_hz"] < -3.0
-
-
-def test_every_seed_has_noise_of_its_own_and_the_same_motion():
-    first, again, other = (recorded(bench(), seed, seconds=1.0)["sweep, wheel free"] for seed in (1, 1, 2))
-    assert (first["driver_torque"].values == again["driver_torque"].values).all()
-    assert 0.0 < abs(first["driver_torque"].values - other["driver_torque"].values).max() < 0.3
 
 
 @pytest.mark.slow

@@ -10,7 +10,6 @@ import pytest
 from example_models import (
     Cart,
     CartParameters,
-    ContinuousCart,
     Pendulum,
     PendulumParameters,
     assert_floats_equal_scan,
@@ -85,25 +84,6 @@ def test_the_stationary_block_is_the_limit_of_the_time_varying_filter():
     one = scan(BLOCK, [[0.0, 0.7, np.nan]])
     spread = one["innovation_variance.position"][0]
     np.testing.assert_allclose(one["nis"][0], one["innovation.position"][0] ** 2 / spread)
-
-
-@pytest.mark.parametrize(
-    ("call", "words"),
-    [
-        (
-            lambda: stationary_gain(
-                LinearSystem.of(np.diag([1.0, 0.5]), [[0.0, 1.0]], states=("bias", "rate")), (1.0, 1.0), (1.0,)
-            ),
-            "the direction 1 bias .eigenvalue 1. is not observable",
-        ),
-        (lambda: stationary_gain(LinearSystem.of([[1.0]], [[1.0]]), (None,), (1.0,)), "process noise"),
-        (lambda: stationary_gain(SYSTEM, (1.0,), (1.0, 1.0)), "expected 2 variances"),
-        (lambda: StationaryFilter.design(ContinuousCart, CartParameters(), (1.0,), (1.0,), (0.0,), ()), "discretise"),
-    ],
-)
-def test_what_has_no_stationary_gain_is_refused(call, words):
-    with pytest.raises(ParameterError, match=words):
-        call()
 
 
 def pendulum(**changes):

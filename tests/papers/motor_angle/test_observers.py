@@ -6,7 +6,6 @@ import pytest
 from papers.motor_angle.steady_motor import load_torque, steady
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.models.linear import linearise
 from tierod.models.stator_frame_motor import MotorParameters, SampledMotorParameters, StatorFrameMotor
 from tierod.physics.motor import RotorVector, direction, inverse_park
 from tierod.vehicles import load
@@ -14,7 +13,6 @@ from tierod_lab.papers.motor_angle.observers import (
     DqMotor,
     FeedforwardAngle,
     LinearSpeed,
-    LoadedDqMotor,
     extended_kalman,
     full_observer,
     luenberger,
@@ -57,13 +55,6 @@ def test_a_salient_motor_keeps_its_power():
     stored = 1.5 * 1e-4 * (x.current_d * rates.current_d + 1.7 * x.current_q * rates.current_q)
     torque = p.motor_inertia * rates.speed + p.motor_damping * x.speed + u.load_torque
     assert given == pytest.approx(heat + stored + torque * x.speed, rel=1e-12)
-
-
-def test_the_linear_motor_is_this_one_without_current_along_the_flux():
-    whole = linearise(LoadedDqMotor, P, (0.0, 0.0, 0.0, 0.0), (0.0, 0.0))
-    np.testing.assert_allclose(LOADED.A, whole.A[1:, 1:], rtol=1e-12)
-    np.testing.assert_allclose(LOADED.B[:, 0], whole.B[1:, 1], rtol=1e-12)
-    assert MOTOR.A[1, 0] * P.motor_inertia == pytest.approx(TORQUE)
 
 
 def test_the_reduced_observer_is_eq_32_corrected():
@@ -118,12 +109,6 @@ def test_the_feedforward_compensates_for_the_lag_of_its_filter(speed, current):
     assert found["motor_angle"][-1] == pytest.approx(samples[-1, 4], abs=2e-3)
     assert found["motor_speed"][-1] == pytest.approx(speed, rel=2e-3)
     np.testing.assert_allclose(found["motor_angle"][3000:3200], samples[3000:3200, 4], atol=5e-3)
-
-
-def test_the_feedforward_holds_the_angle_of_a_slow_motor():
-    held = scan(FeedforwardAngle(FIXED), steady(2.0, 5.0, seconds=0.3))
-    assert held["standing"].all()
-    assert (held["motor_angle"] == held["motor_angle"][0]).all()
 
 
 @pytest.mark.parametrize(

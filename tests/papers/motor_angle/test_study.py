@@ -16,9 +16,6 @@ from tierod_lab.papers.motor_angle import observer_datasets as observers
 from tierod_lab.papers.motor_angle.bench import (
     DEGREE,
     FIVE_DEGREES,
-    FLUX,
-    INDUCTANCE,
-    RESISTANCE,
     STUCK,
     coarse,
     drift,
@@ -31,10 +28,8 @@ from tierod_lab.papers.motor_angle.fault_trials import (
     LOAD,
     Found,
     begin,
-    bench_monitor,
     fast_drive,
     found,
-    other_motor,
     salient_bench,
     stepping_load,
 )
@@ -73,15 +68,6 @@ def test_a_trial_goes_on_where_its_fault_free_part_ended():
     assert two == Found(math.inf, math.inf, "")
     assert found(begun, STUCK).delay < 10.0
     assert begin(14).step == begun.step
-
-
-def test_motors_in_a_row_spread_over_their_ranges():
-    p = bench_monitor().observer.parameters
-    drawn = [other_motor(number).observer.parameters for number in range(3, 63)]
-    spans = {"motor_resistance": RESISTANCE, "motor_flux": FLUX, "motor_inductance": INDUCTANCE}
-    for name, (low, high) in spans.items():
-        shares = np.sort([(getattr(p, name) / getattr(each, name) - low) / (high - low) for each in drawn])
-        assert np.abs(shares - (np.arange(60) + 0.5) / 60.0).max() < 0.06
 
 
 def test_the_feedforward_is_better_the_faster_the_motor():

@@ -11,7 +11,7 @@ import pytest
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.vehicles import load
-from tierod_lab.papers.sideslip.observers import LowSpeed, conventional_kalman, conventional_poles
+from tierod_lab.papers.sideslip.observers import conventional_kalman, conventional_poles
 from tierod_lab.papers.sideslip.steered_vehicle import SteeredVehicle
 from tierod_lab.papers.sideslip.two_stage import two_stage_kalman, two_stage_poles
 
@@ -96,13 +96,6 @@ def test_a_missing_measurement_leaves_them_running(observer, column):
     assert np.isfinite(result.values).all()
     assert (result["held"] == 0.0).all()
     assert (result["readings"][300:350] < 2.0).all()
-
-
-def test_a_crawling_car_rolls_without_slip():
-    low = LowSpeed(0.5)
-    assert low.blended(1.0, 0.2, 0.5) == pytest.approx(0.1)
-    assert low.blended(1.0, 0.2, 1.0) == pytest.approx(1.0)
-    assert low.blended(1.0, 0.2, 0.75) == pytest.approx(0.55)
 
 
 def test_compensated_friction_hides_nothing_in_a_slow_turn_of_the_wheel(observer):

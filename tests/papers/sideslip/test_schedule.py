@@ -6,17 +6,14 @@ import dataclasses
 
 import numpy as np
 import pytest
-from scipy.linalg import solve_discrete_lyapunov
 
 from tierod.core.errors import ParameterError
 from tierod.vehicles import load
 from tierod_lab.methods.pole_placement import discrete_poles
-from tierod_lab.papers.condition.rules.models import discretise_stiff
 from tierod_lab.papers.sideslip.observers import placed
 from tierod_lab.papers.sideslip.schedule import (
     SPEEDS,
     Schedule,
-    ScheduledObserver,
     Scheduling,
     error_radius,
     scheduled,
@@ -72,24 +69,3 @@ def test_the_interpolated_gain_is_stable_between_all_speeds_of_the_table(model, 
 def test_a_gain_that_is_not_stable_is_refused_with_the_speed():
     with pytest.raises(ParameterError, match="m/s"):
         scheduled(TWO, lambda _: np.full((2, 2), 50.0), lambda _: np.eye(2)[:1], (1e-6,) * 2, (1e-6, 1e-6))
-
-
-@pytest.mark.parametrize("measured", [(0.02, 0.3), (0.02, -0.3)])
-def test_the_nis_is_the_innovation_over_its_covariance_by_an_equation_of_lyapunov(measured):
-    process, reading = np.diag([1e-7, 4e-6]), np.diag([1e-5, 2e-3])
-    schedule = scheduled(
-        TWO, lambda each: decoupled(each, 3.0, DT), lambda _: np.eye(2), np.diag(process), np.diag(reading)
-    )
-    discrete = discretise_stiff(TorqueShownVehicle)
-    observer = ScheduledObserver.of(discrete, discrete.Parameters(VEHICLE, DT), schedule)
-    speed = SPEEDS[len(SPEEDS) // 2]
-    model, inputs = observer.model, TorqueShownVehicle.Input(0.0, speed)
-    _, found = observer.observe(observer.start(), inputs, model.Output(*measured), speed, 1.0)
-    system = TWO.at(speed).system
-    A, C, K = system.A, system.C, decoupled(TWO.at(speed), 3.0, DT)
-    kept = np.eye(2) - K @ C
-    predicted = solve_discrete_lyapunov(A @ kept, A @ K @ reading @ K.T @ A.T + process)
-    covariance = C @ predicted @ C.T + reading
-    assert abs(covariance[0, 1]) > 0.01 * np.sqrt(covariance[0, 0] * covariance[1, 1])
-    assert found.nis == pytest.approx(np.array(measured) @ np.linalg.inv(covariance) @ measured, rel=1e-6)
-    assert found.readings == 2.0

@@ -9,15 +9,12 @@ import numpy as np
 import pytest
 
 from tierod.models.linear import linearise
-from tierod.models.single_track import SingleTrack
 from tierod.vehicles import load
 from tierod_lab.papers.sideslip.steered_vehicle import (
-    TORQUE_SHARE,
     Axles,
     Slips,
     SteeredVehicle,
     TorqueShownVehicle,
-    aligning_torque,
 )
 
 VEHICLE = load("steer-by-wire")
@@ -61,19 +58,6 @@ def test_its_eigenvalues_at_the_speed_of_the_test():
     np.testing.assert_allclose(
         np.sort_complex(np.linalg.eigvals(vehicle.A)), [-19.815 - 0.659j, -19.815 + 0.659j], atol=1e-3
     )
-
-
-def test_positive_steer_gives_an_aligning_torque_against_it():
-    p = VEHICLE.parameters_for(TorqueShownVehicle.Parameters)
-    torque = aligning_torque(SingleTrack.State(0.0, 0.0), SingleTrack.Input(0.01, 20.0), p)
-    assert torque == pytest.approx(0.053 * 100e3 * 0.01)
-
-
-def test_errors_that_know_nothing_of_each_other_add_by_their_squares():
-    axles = Axles(1.2, 1.4, 0.01, 0.1, 0.2, 0.3)
-    steady = Slips(0.02, 0.01, 0.02, 0.01)
-    expected = math.hypot(0.1 * 0.02, 0.2 * 0.01, TORQUE_SHARE * 0.3 * 0.02)
-    assert math.sqrt(axles.variance(steady)) == pytest.approx(expected)
 
 
 def test_tyres_follow_a_step_over_the_rolled_distance():
