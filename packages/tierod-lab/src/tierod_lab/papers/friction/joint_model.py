@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, NamedTuple, Protocol
+from typing import Annotated, Any, NamedTuple
 
 from tierod.core.block import Scalar
 from tierod.core.graph.maths import Number, exp
@@ -12,37 +12,7 @@ from tierod.physics.friction import share_reached, smooth_coulomb
 from tierod.physics.steering import column_torque_of_motor, torque_at_steering_wheel, yaw_acceleration_from_aligning
 
 
-class SteeringRatios(Protocol):
-    """Parameters with the ratios between column, motor and kingpins."""
-
-    @property
-    def motor_ratio(self) -> float:
-        """Turns of the motor per turn of the column [-]."""
-
-    @property
-    def steering_ratio(self) -> float:
-        """Angle of the road wheels per angle of the column [-]."""
-
-
-class SampledColumn(Protocol):
-    """Parameters with inertia and damping of the column, and the sampling interval."""
-
-    @property
-    def sample_time(self) -> float:
-        """Sampling interval [s]."""
-
-    @property
-    def column_damping(self) -> float:
-        """Viscous damping at the steering wheel axis [N m s/rad]."""
-
-    @property
-    def column_inertia(self) -> float:
-        """Moment of inertia at the steering wheel axis [kg m^2]."""
-
-
-def driving_torque(
-    driver_torque: Number, motor_torque: Number, self_aligning_torque: Number, p: SteeringRatios
-) -> Number:
+def driving_torque(driver_torque: Number, motor_torque: Number, self_aligning_torque: Number, p: Any) -> Number:
     """Torque on the column without friction and damping [N m]: T_d + n T_m - rho M_z of eq (2).
 
     Args: driver_torque: at the steering wheel [N m]; motor_torque: at the motor shaft [N m]; self_aligning_torque:
@@ -52,7 +22,7 @@ def driving_torque(
     return driven - torque_at_steering_wheel(self_aligning_torque, p.steering_ratio)
 
 
-def column_after(angle: Scalar, rate: Scalar, net_torque: Scalar, p: SampledColumn) -> tuple[Scalar, Scalar]:
+def column_after(angle: Scalar, rate: Scalar, net_torque: Scalar, p: Any) -> tuple[Scalar, Scalar]:
     """Angle [rad] and rate [rad/s] of the steering wheel after one sample.
 
     Source: Mohtat et al., first two rows of eq (7); the angle is integrated by Euler's method as printed.
@@ -183,15 +153,9 @@ def state_after(
 
     Source: Mohtat et al., eq (7); self-aligning torque and friction are random walks.
     """
-    yaw_acceleration = yaw_acceleration_from_aligning(
-        x.self_aligning_torque,
-        lateral_acceleration,
-        mass=p.mass,
-        yaw_inertia=p.yaw_inertia,
-        front_distance=p.front_distance,
-        rear_distance=p.rear_distance,
-        trail=p.trail,
-    )
+    names = ("mass", "yaw_inertia", "front_distance", "rear_distance", "trail")
+    known = {name: getattr(p, name) for name in names}
+    yaw_acceleration = yaw_acceleration_from_aligning(x.self_aligning_torque, lateral_acceleration, **known)
     return FrictionEstimation.State(
         *column_after(x.steering_wheel_angle, x.steering_wheel_rate, net, p),
         x.yaw_rate + p.sample_time * yaw_acceleration,

@@ -126,17 +126,19 @@ def distributions(seen: Sequence[Seen]) -> list[Row]:
         for state in (*STATES, "all"):
             own = [each for each in known if state in ("all", each.drive.state)]
             values = _pooled(own, method)
+            if not len(values):  # the printed gate leaves none
+                values = np.full(1, np.nan)
             errors = np.concatenate([each.values[method] - STATES[each.drive.state] for each in own])
             minutes = np.array([each.drive.case.minutes for each in own])
             figures = {
                 "mean": np.mean(values),
-                "error": np.mean(errors),
+                "error": np.mean(errors) if len(errors) else math.nan,
                 "deviation": np.std(values),
-                "absolute": np.mean(np.abs(errors)),
+                "absolute": np.mean(np.abs(errors)) if len(errors) else math.nan,
                 "aligning": np.mean([each.aligning.get(method, math.nan) for each in own]),
                 "enabled": np.average([each.enabled[method] for each in own], weights=minutes),
                 "accuracy": best_accuracy(healthy, values),
-                "overlap": overlap(healthy, values, logarithmic=method in BASELINES),
+                "overlap": overlap(healthy, values, method in BASELINES) if np.isfinite(values).all() else math.nan,
                 "area": area_under_curve(healthy, values),
                 "tyres": _over_tyres(seen, method) if method in FILTERS and state == WORST else math.nan,
                 "early": sum(each.early for each in own),
