@@ -8,7 +8,7 @@ import pytest
 from example_models import Cart, CartParameters, Two
 from tierod.core.graph import scan
 from tierod.methods.analysis.consistency import consistency
-from tierod.methods.estimators import KalmanFilter
+from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.running import BLOCK, RATE, LaggedCorrelation, Moments
 
 

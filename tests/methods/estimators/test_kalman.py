@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from tierod.methods.estimators.augment import augment
 
 from example_models import (
     Cart,
@@ -19,7 +20,7 @@ from textbook_filters import kalman_step
 from tierod.core.block import units
 from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
-from tierod.methods.estimators import KalmanFilter, augment
+from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.kernels import pack, unpack
 
 pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")

@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 from tierod.core.block import Scalar, Tree
 from tierod.core.graph.maths import absolute, both, either, limit, log, negated, present, select, sqrt, where
 from tierod.methods.detectors import Cusum
-from tierod.methods.estimators import KalmanFilter
+from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.kernels import unpack, upper
 from tierod.methods.estimators.shapes import Belief, augment
 from tierod.methods.filters import Differentiator, FirstOrderLowPass

@@ -105,21 +105,16 @@ DEVIATIONS = Coefficients(
 class PreslidingTuning:
     """Noises and priors of the regression."""
 
-    # spectral density of the torque balance's persistent errors [N**2*m**2*s]; 0.35 N*m over a second, or 12.5
-    # N**2*m**2 per sample of 10 ms
+    # spectral density of persistent errors of the balance [N**2*m**2*s]; 0.35 N*m over a second
     error_density: Annotated[float, "N**2*m**2*s"] = 0.125
-    # duration of such an error [s]; where the innovations exceed what density and duration allow, the reported standard
-    # deviation grows with them
+    # duration of such an error [s]; larger innovations widen the reported standard deviation
     error_time: Annotated[float, "s"] = 1.0
-    # time constant of the friction torque in enabled time [s]. A shorter one detects a fault sooner and scatters more:
-    # 10 s halves the delay for 1.3 times the scatter
+    # time constant of the friction torque in enabled time [s]; 10 s halves the delay for 1.3 times the scatter
     memory: Annotated[float, "s"] = 20.0
-    # variance gained per enabled second by each coefficient, tuned in simulation; for the shares of friction in
-    # multiples of error_density / memory**2
+    # variance gained per enabled second by each coefficient, tuned in simulation; see `PROCESS`
     process: Coefficients = PROCESS
-    # standard deviations before the first sample. 2 N*m for the shares of exponent 1/2 and 2 lets another law be learnt
-    # within 50 s and costs nothing where the law is exponential (simulated); the vehicle's own constants by their
-    # uncertainty in a vehicle file [assumed]
+    # standard deviations before the first sample: 2 N*m for the shares of exponent 1/2 and 2 lets another law be learnt
+    # within 50 s (simulated); the vehicle's constants by their uncertainty in a vehicle file [assumed]
     deviations: Coefficients = DEVIATIONS
     initial_friction: Annotated[float, "N*m"] = 3.0  # initial estimate of friction [N*m]; 3 as printed by Mohtat et al.
     # initial estimate of the Dahl angle [rad]; 1 degree
@@ -127,21 +122,17 @@ class PreslidingTuning:
     # smallest_dahl_angle, largest_dahl_angle: bounds of the learnt Dahl angle [rad]; 0.05 and 8 degrees
     smallest_dahl_angle: Annotated[float, "rad"] = math.radians(0.05)
     largest_dahl_angle: Annotated[float, "rad"] = math.radians(8.0)
-    # initial lever of the front axle load [m]; kingpins inclined by 12 degrees with a scrub radius of 10 mm give 15 mm
-    # (`tierod.physics.steering.weight_lever`), the round tyre shoulders reduce it
+    # initial lever of the front axle load [m]; kingpins at 12 degrees with a scrub radius of 10 mm give 15 mm, round
+    # tyre shoulders reduce it
     initial_weight_lever: Annotated[float, "m"] = 0.012
-    # initial turn slip stiffness over load [m**2]; for a contact patch 160 mm wide with a longitudinal stiffness of 25
-    # times the load
+    # initial turn slip stiffness over load [m**2]; a contact patch 160 mm wide, 25 times as stiff as the load
     initial_turn_slip: Annotated[float, "m**2"] = turn_slip_stiffness(25.0, 0.08)
-    # initial share of the drive and brake force [-]; that of brake forces at the front axle. A front-driven car has
-    # more, a rear-driven one less
+    # initial share of the drive and brake force [-]: that of brake forces at the front axle
     initial_drive_share: Annotated[float, ""] = 0.7
-    # lever of the front axle load that gives the road torque for which friction is stated [m]; usual in curves: a trail
-    # of 45 mm at a lateral acceleration of 1.44 m/s**2. 4 N*m at the steering wheel of a mid-size car, 0.9 of a
-    # quadricycle, 6 of a van; at a torque that never occurs friction would stay uncertain
+    # lever of the front axle load that gives the road torque for which friction is stated [m]: a trail of 45 mm at 1.44
+    # m/s**2; 4 N*m of a mid-size car. At a torque that never occurs friction would stay uncertain
     reference_lever: Annotated[float, "m"] = 0.0066
-    # innovation beyond which its influence no longer grows (Huber) [N*m]; above that of a step of friction from 4 to
-    # 12.5, below a fault of a torque sensor
+    # innovation beyond which its influence no longer grows (Huber) [N*m]; above a step of friction from 4 to 12.5
     outlier: Annotated[float, "N*m"] = 10.0
     # time constant of the excitation in enabled time [s]; equal to that of the friction torque
     excitation_memory: Annotated[float, "s"] = 20.0

@@ -225,31 +225,27 @@ class GainLimits:
     slowest: Annotated[float, "m/s"] = 3.0
     smallest: Annotated[float, "N*m"] = 0.3  # driver's torque above which a sample holds information on assist [N*m]
     seconds: Annotated[float, "s"] = 60.0  # driving time with such samples that is needed [s]
-    # largest relative residual of the assist map in the motor's torque, root mean square [-]; fault-free drives leave
-    # 0.04 to 0.17: with more the map is not that of this car
+    # largest relative residual of the assist map, rms [-]; fault-free drives leave 0.04 to 0.17
     deviation: Annotated[float, ""] = 0.25
-    # factor by which the motor's torque over the driver's may be wrong [-]; sensors of 10 % and offsets gave 0.85 to
-    # 1.06 in 12 fault-free drives; worn sensors whose gains differ by 30 % gave 0.58
+    # factor by which the motor's torque over the driver's may be wrong [-]; 0.85 to 1.06 in 12 fault-free drives, 0.58
+    # with worn sensors whose gains differ by 30 %
     ratio: Annotated[float, ""] = 1.75
-    # factor by which one torque may be wrong where the ratio of the two fits [-]; 0.71 to 1.18 in those drives. Where
-    # both torques are beyond it, the map explains the recording by no gain of one torque
+    # factor by which one torque may be wrong where the ratio of the two fits [-]; 0.71 to 1.18 in those drives
     single: Annotated[float, ""] = 1.6
-    # largest factor, and reciprocal of the smallest one, that is a gain of a sensor [-]; torques of another unit or
-    # range; the map of another car gives any factor, down to 0.00
+    # largest factor, and reciprocal of the smallest one, that is a gain of a sensor [-]; the map of another car gives
+    # any
     plausible: Annotated[float, ""] = 4.0
-    # share of the motor's torque by which its relation to the driver's may change within a drive [-]; 15 fault-free
-    # drives of 8 virtual cars, some with a step of friction, change it by 0.01 to 0.07, a quadricycle with little
-    # assist by 0.14; a gain that grows to 2 by 0.44 and 1.6, a zero that drifts by two standard deviations of its
-    # signal by 0.8 and 2.6
+    # share of the motor's torque by which its relation to the driver's may change within a drive [-]; 0.01 to 0.07 in
+    # 15 fault-free drives of 8 virtual cars, 0.14 with little assist; a gain that grows to 2 gives 0.44 and 1.6, a zero
+    # that drifts 0.8 and 2.6
     change: Annotated[float, ""] = 0.2
-    # beyond_speed, with_speed: residual of the assist map over that of relations by speed [-], and the part that these
-    # explain in addition as a share of the motor's torque [-], both root mean square, from which the map's dependence
-    # on speed is that of another car: an assist in steps of speed gives 1.6 to 3.9 and 0.13 to 0.24, cars of the map up
-    # to 1.04 and 0.02, also with gains of 0.5 and 2 and a half speed that is 20 % off
+    # beyond_speed, with_speed: residual of the map over that of relations by speed [-], and what these explain in
+    # addition as a share of the motor's torque [-], rms, from which the map depends on speed as that of another car;
+    # steps of speed give 1.6 to 3.9 and 0.13 to 0.24, cars of the map up to 1.04 and 0.02
     beyond_speed: Annotated[float, ""] = 1.3
     with_speed: Annotated[float, ""] = 0.07
-    # smallest such change as a multiple of the residual of the first window [-]; the error of the map itself changes
-    # with the road
+    # smallest such change as a multiple of the residual of the first window [-]; the error of the map changes with the
+    # road
     unlike: Annotated[float, ""] = 1.5
 
 

@@ -21,72 +21,59 @@ class AlarmTuning:
 
     # enabled time before any verdict [s]; 50 as printed by Mohtat et al., section 5
     ready_time: Annotated[float, "s"] = 50.0
-    # enabled time over which the baseline is learnt, after ready_time [s]; it averages the wander of the estimate (1 to
-    # 2 % over a drive, simulated) and ends after six minutes of mixed driving
+    # enabled time over which the baseline is learnt, after ready_time [s]; averages a wander of 1 to 2 % (simulated)
     learning_time: Annotated[float, "s"] = 100.0
     # learning time after which the ratio is used [s]; one time constant of the estimator
     shortest_learning: Annotated[float, "s"] = 20.0
-    # excess of friction over the learnt level, as a share, above which nothing is learnt [-]; twice what fault-free
-    # drives with scatter reached. Nor is anything learnt surely above the limit of rising friction
+    # excess over the learnt level above which nothing is learnt [-]; twice what fault-free drives reached
     learning_tolerance: Annotated[float, ""] = 0.1
     # rising_ratio, fault_ratio: limits of friction over the baseline [-]; 1.2 and 1.6. Fault-free drives with scatter
     # stayed within 0.96 to 1.05
     rising_ratio: Annotated[float, ""] = 1.2
     fault_ratio: Annotated[float, ""] = 1.6
-    # standard deviation of a fault-free car's estimate about its baseline, as a share of it [-]; the unit of the excess
-    # over a limit. 0.036 in wind, ruts and banked bends, the worst of fault-free cars (24 drives); 0.008 on usual roads
-    # (48 cars, simulated)
+    # standard deviation of a fault-free estimate about its baseline [-]: 0.036 in wind, ruts and banked bends (24
+    # drives), 0.008 on usual roads (48 cars, simulated); unit of the excess
     wander: Annotated[float, ""] = 0.036
-    # time integral of the excess over a limit at which the alarm is raised, as a share of the limit [s]; 0.25 is 10 %
-    # for 2.5 s or 50 % for 0.5 s. A larger one alarms later and tolerates longer excursions; see `RISING_DESIGN` for
-    # its cost
+    # time integral of the excess at which the alarm is raised, as a share of the limit [s]: 10 % for 2.5 s, or 50 % for
+    # 0.5 s; see `RISING_DESIGN`
     excess: Annotated[float, "s"] = 0.25
     # upper bound of that integral [s], so that an alarm ends soon after friction has fallen
     ceiling: Annotated[float, "s"] = 1.0
-    # standard deviation of the common torque gain, relative [-]; two torques of 10 % each, the motor with the larger
-    # share. It is part of the standard deviation of friction, and an absolute limit must be exceeded by `confidence`
-    # times it; `torque_gain_deviation` of a vehicle file replaces it
+    # standard deviation of the common torque gain, relative [-]: two torques of 10 % each; part of that of friction;
+    # `torque_gain_deviation` of a vehicle file replaces it
     gain_deviation: Annotated[float, ""] = ASSUMED_GAIN_DEVIATION
-    # standard deviations by which friction must exceed an absolute limit, and by which a given baseline is raised [-].
-    # With 1, and limits 1.2 times nominal, one fault-free car in 14 000 is "rising" at a gain deviation of 8 %
+    # standard deviations by which friction must exceed an absolute limit, and by which a given baseline is raised [-];
+    # with 1, one fault-free car in 14 000 is "rising" at a gain deviation of 8 %
     confidence: Annotated[float, ""] = 1.0
     # multiple of the level below which friction counts as unchanged, which dates the onset [-]
     onset_ratio: Annotated[float, ""] = 1.05
-    # standard deviation over friction above which the value is withheld [-]; half of the smallest change to be detected
-    # is 0.1, with a reserve for poor roads
+    # standard deviation over friction above which the value is withheld [-]; half of the smallest change is 0.1
     largest_deviation: Annotated[float, ""] = 0.15
-    # mean build-up of friction below which it cannot be separated from stiffness [-]; simulated strokes shorter than
-    # the Dahl angle give 0.3, usual roads 0.8 to 0.95
+    # mean build-up below which friction cannot be separated from stiffness [-]; strokes shorter than the Dahl angle
+    # give 0.3, usual roads 0.8 to 0.95 (simulated)
     smallest_excitation: Annotated[float, ""] = 0.5
-    # largest residual of the torque balance (root mean square), as a share of friction [-]. With a misfit above
-    # `fitting_misfit`, 63 fault-free drives without a step (50 ms of delay and unknown laws among them) gave at most
-    # 0.10, and with gusts and ruts 0.21 for 19 s; a wrong sign of the rate gives 0.36 to 0.54, a yaw rate in degrees
-    # 0.13 to 0.29, no lateral acceleration 0.15 to 0.27, simulated
+    # largest residual of the torque balance, rms, as a share of friction [-]. With a misfit above `fitting_misfit`, 63
+    # fault-free drives gave at most 0.10, gusts and ruts 0.21 for 19 s; a wrong sign of the rate 0.36 to 0.54, a yaw
+    # rate in degrees 0.13 to 0.29 (simulated)
     largest_residual: Annotated[float, ""] = 0.15
-    # misfit up to which the balance fits, whatever the friction [-]; 1.5, as friction of 2 N*m is small against the
-    # errors that the tuning of the estimator expects
+    # misfit up to which the balance fits, whatever the friction [-]; friction of 2 N*m is small beside its errors
     fitting_misfit: Annotated[float, ""] = 1.5
-    # uninterrupted enabled time without fit of the balance after which the verdict is withheld [s]. After a step of
-    # friction it does not fit for up to 57 s (4 to 25 N*m), so nearly twice that. The balance must have fitted once
-    # before the first verdict
+    # uninterrupted enabled time without fit after which the verdict is withheld [s]; after a step of friction the
+    # balance misfits for up to 57 s (4 to 25 N*m). It must have fitted once before the first verdict
     unfit_time: Annotated[float, "s"] = 100.0
-    # learnt damping below which the signals contradict each other [N*m*s/rad]. In every sample of 72 fault-free drives
-    # it stayed above -0.1 (torques 50 ms late), else above 0.3; a wrong sign of the rate gives -3.1 to -5.6, a lateral
-    # acceleration in g -2.3 to -4, simulated
+    # learnt damping below which the signals contradict each other [N*m*s/rad]; 72 fault-free drives stayed above -0.1,
+    # a wrong sign of the rate gives -3.1 to -5.6, a lateral acceleration in g -2.3 to -4 (simulated)
     smallest_damping: Annotated[float, "N*m*s/rad"] = -0.5
-    # share of friction per rad/s of the steering wheel by which friction may fall before the fall counts as a
-    # contradiction [s/rad]. Friction that is higher at rest (Stribeck) lowers the learnt damping by such a share: a
-    # line through F e exp(-(w / 0.3 rad/s)^2) up to 1 rad/s falls by 1.06 e F, so with e = 0.1 by 1.3 of 12.5 N*m, more
-    # than all viscous damping. The value allows 0.5 at 4 N*m, where `smallest_damping` was measured; with a wrong sign
-    # of the rate the damping grows with friction too, to -0.7 to -2.6 of it, simulated from 4 to 25 N*m
+    # share of friction per rad/s by which friction may fall with the rate (Stribeck) [s/rad]: a line through F e
+    # exp(-(w / 0.3 rad/s)^2) up to 1 rad/s falls by 1.06 e F. Allows 0.5 at 4 N*m; with a wrong sign of the rate the
+    # damping is -0.7 to -2.6 of friction (simulated, 4 to 25 N*m)
     falling_share: Annotated[float, "s/rad"] = 0.125
-    # largest factor on the self-aligning torque, and reciprocal of the smallest one [-]. Cars whose trail scatters by
-    # 30 % ended between 0.43 and 3.2; a lateral acceleration in g gives 6 to 10, a yaw rate in degrees 0.04 to 0.09,
-    # simulated
+    # largest factor on the self-aligning torque, and reciprocal of the smallest [-]; cars whose trail scatters by 30 %
+    # end at 0.43 to 3.2, a lateral acceleration in g at 6 to 10, a yaw rate in degrees at 0.04 to 0.09 (simulated)
     largest_aligning_factor: Annotated[float, ""] = 5.0
-    # share of nominal friction below which an estimate is implausible [-]; four standard deviations of a new steering's
-    # friction (0.5 of 4 N*m, Mohtat et al., Table 1) below one. A motor torque clipped at a tenth of its range gives
-    # 0.36 to 0.6, a halved one 0.59 to 0.73, simulated
+    # share of nominal friction below which an estimate is implausible [-]: four standard deviations of a new steering
+    # (0.5 of 4 N*m, Mohtat et al., Table 1). A clipped motor torque gives 0.36 to 0.6, a halved one 0.59 to 0.73
+    # (simulated)
     smallest_friction: Annotated[float, ""] = 0.5
 
     @property

@@ -29,17 +29,6 @@ from tierod.physics.steering import superposed_angle, superposed_target, variabl
 NONE, MOTOR, WHEEL, PINION, NOT_MOTOR = 0.0, 1.0, 2.0, 3.0, 4.0
 
 
-class Opinions(NamedTuple):
-    """Evidence from the comparison of the angles in one sample."""
-
-    mismatch: Annotated[Scalar, "rad"]  # mismatch, alarm, suspect, detour: outputs of `AnglePlausibility`
-    alarm: Annotated[Scalar, ""]
-    suspect: Annotated[Scalar, ""]
-    detour: Annotated[Scalar, "rad"]
-    residual: Annotated[Scalar, "rad"]  # motor angle sensor less observer, electrical
-    counts: Annotated[Scalar, ""]  # 1 where that residual is known
-
-
 @dataclass(frozen=True)
 class WhichAngle:
     """Code of the wrong one of the motor's, the steering wheel's and the pinion's angle.
@@ -62,16 +51,11 @@ class WhichAngle:
     hold: Annotated[float, "s", POSITIVE] = 0.05  # time for which the deviation must be larger [s]
     holding: Debounce = field(init=False, repr=False)
 
-    Sample = Opinions
-
     class State(NamedTuple):
         apart: Annotated[Scalar, ""]
         by_motion: Annotated[Scalar, ""]
         score: Annotated[Scalar, ""]
         held: Debounce.State
-
-    class Output(NamedTuple):
-        suspect: Annotated[Scalar, ""]
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "holding", Debounce(self.hold, self.hold, self.sample_time))
@@ -80,21 +64,24 @@ class WhichAngle:
     def init(self) -> State:
         return self.State(0.0, NONE, 0.0, self.holding.init())
 
-    def step(self, state: State, sample: Opinions) -> tuple[State, Output]:
-        apart = where(absolute(sample.mismatch) > self.greatest, 1.0, 0.0)
+    def decided(
+        self, state: State, seen: AnglePlausibility.Output, residual: Scalar, counts: Scalar
+    ) -> tuple[State, Scalar]:
+        """State after a sample and code of the wrong angle, by the motor's electrical residual where it counts."""
+        apart = where(absolute(seen.mismatch) > self.greatest, 1.0, 0.0)
         begins = all_of(apart > 0.5, state.apart < 0.5)
-        opinion = where(absolute(sample.residual) < self.agreement, 1.0, -1.0)
-        score = where(begins, 0.0, state.score) + where(sample.counts > 0.5, opinion, 0.0)
+        opinion = where(absolute(residual) < self.agreement, 1.0, -1.0)
+        score = where(begins, 0.0, state.score) + where(counts > 0.5, opinion, 0.0)
         score = limit(score, -2.0 * self.needed, 2.0 * self.needed)
-        held, detour = self.holding.step(state.held, where(absolute(sample.detour) > self.widest_detour, 1.0, 0.0))
+        held, detour = self.holding.step(state.held, where(absolute(seen.detour) > self.widest_detour, 1.0, 0.0))
         # The evidence by motion is taken when the alarm comes; later the motion itself depends on the fault.
         unknown = any_of(begins, state.by_motion < 0.5)
-        by_motion = where(unknown, where(sample.alarm > 0.5, sample.suspect, NONE), state.by_motion)
+        by_motion = where(unknown, where(seen.alarm > 0.5, seen.by_motion, NONE), state.by_motion)
         elsewhere = any_of(absolute(by_motion - WHEEL) < 0.5, absolute(by_motion - PINION) < 0.5)
         other = where(elsewhere, by_motion, where(detour.active, WHEEL, NOT_MOTOR))
         decided = where(score <= -self.needed, MOTOR, where(score >= self.needed, other, by_motion))
         after = self.State(apart, by_motion, score, held)
-        return after, self.Output(where(sample.alarm > 0.5, decided, NONE))
+        return after, where(seen.alarm > 0.5, decided, NONE)
 
 
 @dataclass(frozen=True)
@@ -259,8 +246,8 @@ class AnglePlausibility:
         off = self._detour(turned, wheel.value, speed)
         detour_zero = state.detour_zero + where(learning, (off - state.detour_zero) / maximum(readings, 1.0), 0.0)
         detour = where(both(ready, speed > -0.5), off - detour_zero, state.detour)
-        opinions = Opinions(mismatch, out.active, by_motion, detour, residual, counts)
-        which, decided = self.which.step(state.which, opinions)
+        seen = self.Output(mismatch, out.active, by_motion, detour, NONE)
+        which, suspect = self.which.decided(state.which, seen, residual, counts)
         after = self.State(
             motor=motor,
             turned=turned,
@@ -277,7 +264,7 @@ class AnglePlausibility:
             held=held,
             which=which,
         )
-        return after, self.Output(mismatch, out.active, by_motion, detour, decided.suspect)
+        return after, seen._replace(suspect=suspect)
 
     def _expected(self, motor: Scalar, wheel: Scalar, torque: Scalar) -> Scalar:
         g = self.gear

@@ -8,7 +8,7 @@ from typing import Annotated, NamedTuple
 from tierod.core.block import Scalar, Tree
 from tierod.core.fields import POSITIVE
 from tierod.core.graph.maths import absolute, all_of, both, either, exp, minimum, negated, present, tan, tanh, where
-from tierod.methods.estimators import KalmanFilter
+from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.shapes import Belief
 
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any, NamedTuple
 from tierod.core.block import Model, Scalar, Tree, leaves, rebuild, require_continuous, values_of
 from tierod.core.errors import ParameterError
 from tierod.core.graph.trace import jacobian
-from tierod.methods.estimators import KalmanFilter
+from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.models.linear import sampled_model
 from tierod.models.single_track import SingleTrack
 from tierod.physics.friction import smooth_coulomb

@@ -22,7 +22,7 @@ from tierod.core.graph.maths import (
     where,
 )
 from tierod.core.signals import SIGNALS
-from tierod.methods.estimators import KalmanFilter
+from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.filters import InputHold
 from tierod.models.single_track import SingleTrack
 from tierod.monitors.condition.signals import OF_AUTOMATED, TARGETS, ConditionSample, Measured
