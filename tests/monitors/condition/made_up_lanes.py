@@ -8,9 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from tierod.core.block import skeleton
+from tierod.core.graph import Bank
 from tierod.core.graph.maths import both, log, present, sqrt, where
+from tierod.monitors.condition.decision import Decision
+from tierod.monitors.condition.judge import ConditionJudge
+from tierod.monitors.condition.kinds import KindOfFault
+from tierod.monitors.condition.reaction import FaultReaction, Reconfiguration
 from tierod.monitors.condition.signals import OF_AUTOMATED, ConditionSample, Hypothesis, Readings
 from tierod.monitors.condition.vehicle_filter import LeaveOutFilter
+from tierod.monitors.condition.weighing import Limits, Weighing
+from tierod.vehicles import load
 
 LEFT, RIGHT, YAW, ANGLE, TORQUE, FORCE = OF_AUTOMATED
 MOTOR_1, MOTOR_2 = "steering_motor_1", "steering_motor_2"
@@ -96,3 +103,15 @@ def healthy_drive():
 
 def column(name):
     return ConditionSample._fields.index(name)
+
+
+def decision_of(hypotheses=HYPOTHESES, fast=3.0):
+    count = len(hypotheses) - 1
+    return Decision(Weighing(hypotheses, Limits((fast,) * count, (1.0,) * count, gap=1.0, margin=1.0)))
+
+
+def judged_bank():
+    """The made-up lanes with the whole judge of the monitor."""
+    reaction = FaultReaction.of(Reconfiguration.of_vehicle(load("smartload")))
+    kinds = tuple(KindOfFault.of_sensor(name) for name in OF_AUTOMATED)
+    return Bank(tuple(map(lane, HYPOTHESES)), ConditionJudge(decision_of(), kinds, reaction))

@@ -1,11 +1,6 @@
-"""Faults of the motion sensors of virtual cars, and hard starts and stops: what the monitor of a rolling car names.
-
-As a script: `python motion_alone.py SEED EXCERPTS [SENSORS]` prints a table, `... hard SEED DRIVES` false declarations.
-Development used seeds below 100.
-"""
+"""Drives of virtual cars with motion sensors alone, faults of these sensors, and what the monitor declares."""
 
 import math
-import sys
 from dataclasses import replace
 from functools import lru_cache
 from typing import NamedTuple
@@ -15,30 +10,24 @@ import numpy as np
 from tierod.core.graph import scan
 from tierod.core.recording import Channel, Recording
 from tierod.monitors.condition.courses import FAULT
-from tierod.monitors.condition.definition import rolling_monitor
 from tierod.monitors.condition.kinds import KINDS
 from tierod.monitors.condition.limits import aligned
 from tierod.monitors.condition.signals import ACCELERATIONS, ALL_WHEELS, FRONT_WHEELS, OF_CARS, ConditionSample
-from tierod.vehicles import load
 from tierod_lab.ground.cars.catalogue import load as car_of
 from tierod_lab.ground.courses import load as course_of
+from tierod_lab.ground.courses.course import Adhesion, During
+from tierod_lab.ground.courses.manoeuvres import AngleRamp, SineSteer, StepSteer
 from tierod_lab.ground.courses.roads import Bend, Circuit, Halt, Straight
 from tierod_lab.ground.courses.way import Pace
 from tierod_lab.ground.faults import injected
 from tierod_lab.ground.run import run
-from tierod_lab.papers.condition.drives import DRIFT, GAIN, LOSS, NOISE, OFFSET, STUCK, Injected
+from tierod_lab.papers.condition.drives import DRIFT, OFFSET, STUCK, Injected
 
 BEFORE, LASTING, AFTER = 10.0, 10.0, 4.0
 """Of an excerpt: fault-free, with the fault, fault-free again [s]."""
-WHEEL = {LOSS: math.nan, OFFSET: 2.0, GAIN: 1.3, STUCK: math.nan, DRIFT: 0.2, NOISE: 1.0}
-SIZES = {
-    "yaw_rate": {LOSS: math.nan, OFFSET: 0.1, GAIN: 1.5, STUCK: math.nan, DRIFT: 0.05, NOISE: 0.1},
-    "steering_wheel_angle": {LOSS: math.nan, OFFSET: 0.5, GAIN: 1.5, STUCK: math.nan, DRIFT: 0.2, NOISE: 0.5},
-}
-"""Magnitude of each kind in the unit of the signal; of wheels else."""
-SHOWS = {"yaw_rate": 0.06, "steering_wheel_angle": 0.35}
-"""Deviation from which on a fault shows, in the unit of the signal."""
+WHEEL = {OFFSET: 2.0, STUCK: math.nan, DRIFT: 0.2}
 SHOWS_WHEEL = 0.5
+"""Sizes of faults of a wheel, and deviation from which on one shows [m/s]."""
 MOTION = (*OF_CARS, *ACCELERATIONS)
 SETS = {
     "all": MOTION,
@@ -46,17 +35,6 @@ SETS = {
     "without front wheels": tuple(name for name in MOTION if name not in FRONT_WHEELS),
     "four wheel speeds alone": ALL_WHEELS,
 }
-
-
-class Outcome(NamedTuple):
-    """Of one injected fault; times since its beginning [s]."""
-
-    shows: float
-    onset: float
-    declared: float
-    kind: str
-    error: float
-    wrong: frozenset[str]
 
 
 @lru_cache(maxsize=4)
@@ -67,7 +45,7 @@ def drive(seed, seconds=240.0, course="mixed"):
 
 
 @lru_cache(maxsize=4)
-def hard(seed, driven, seconds=300.0):
+def hard(seed, driven, seconds):
     """Starts and stops that are as hard as tyres allow without spinning or locking, with bends between them."""
     chance, parts, halts, place = np.random.default_rng(seed), [], [], 0.0
     while place < 3000.0:
@@ -78,16 +56,8 @@ def hard(seed, driven, seconds=300.0):
         parts += [Straight(length), Bend(radius, turn)]
         place += radius * abs(turn) + 8.0
     pace = Pace(chance.uniform(2.0, 3.5), chance.uniform(3.0, 4.8), 0.25)
-    across = chance.uniform(2.5, 4.0)
-    course = Circuit(
-        seed=seed,
-        pace=pace,
-        sections=tuple(parts),
-        time=seconds,
-        speed=25.0,
-        lateral_acceleration=across,
-        halts=tuple(halts),
-    )
+    usual = {"seed": seed, "pace": pace, "sections": tuple(parts), "halts": tuple(halts), "time": seconds}
+    course = Circuit(speed=25.0, lateral_acceleration=chance.uniform(2.5, 4.0), **usual)
     car = car_of("rav4-like").block
     share, force = (1.0, 6000.0) if driven == "front" else (0.0, 7500.0)
     car = replace(car, powertrain=replace(car.powertrain, front_share=share, greatest_drive_force=force))
@@ -99,13 +69,37 @@ def with_slip(part, share, driven):
     """More slip: of the driven axle under its drive, of all wheels under brakes, up to 1.2 times a share."""
     along, found = part["longitudinal_acceleration"], []
     smooth = np.convolve(along.values, np.ones(15) / 15.0, "same")
-    for name in (each for each in ALL_WHEELS if each in part):
+    for name in ALL_WHEELS:
         read, front = part[name], name in FRONT_WHEELS
         pushed = np.interp(read.time, along.time, smooth)
         braked = (1.2 if front else 0.8) * np.clip(pushed / 8.0, -1.2, 0.0)
         slip = share * np.where(pushed > 0.0, np.clip(pushed / 4.0, 0.0, 1.2) * (front == (driven == "front")), braked)
         found.append(Channel(name, read.time, read.values * (1.0 + slip), read.unit))
     return part.with_channels(found)
+
+
+def courses(ratio):
+    """Tests at the limit of grip, by name, for a car of so many degrees at the steering wheel per degree of steer."""
+    scale = math.radians(ratio / 15.0)
+    ice = (Adhesion(window=During(start=11.0, end=14.0), left=0.15, right=0.15),)
+
+    def grip(value):
+        return {"speed": 25.0 if value > 0.5 else 18.0, "conditions": (Adhesion(left=value, right=value),)}
+
+    found = {
+        "ice in a bend": AngleRamp(speed=22.0, angle=80.0 * scale, rate=30.0 * scale, conditions=ice),
+        "dwell 0.6": SineSteer(amplitude=150.0 * scale, frequency=0.7, dwell=0.5, **grip(0.6)),
+        "slalom 0.35": SineSteer(amplitude=90.0 * scale, frequency=0.5, periods=6, **grip(0.35)),
+        "step 1.0": StepSteer(angle=-180.0 * scale, rate=math.radians(500.0), hold=4.0, **grip(1.0)),
+    }
+    return {name: replace(course, name=name, settle=8.0, rest=8.0) for name, course in found.items()}
+
+
+def at_the_limit(car, name, seed):
+    """One test of a car: what is on its bus, and the largest sideslip [deg]."""
+    made = run(car.block, courses(1.0 / car.true["steering_ratio"])[name], seed=seed).recording
+    slip = abs(made["truth_sideslip_angle"].values).max()
+    return Recording({each: made[each] for each in MOTION}), math.degrees(slip)
 
 
 def excerpts(made, count, seed):
@@ -128,14 +122,24 @@ def declared(result):
     return {name for name in OF_CARS if (result[f"statements.{name}.status"] == FAULT).any()}
 
 
+class Outcome(NamedTuple):
+    """Of one injected fault; times since its beginning [s]."""
+
+    shows: float
+    onset: float
+    declared: float
+    kind: str
+    error: float
+    wrong: set[str]
+
+
 def outcome(bank, part, sensor, kind, only=MOTION):
-    """A fault that begins `BEFORE` and lasts `LASTING` seconds, judged while it lasts."""
-    size, first = SIZES.get(sensor, WHEEL)[kind], part[OF_CARS[0]].time[0]
-    fault = Injected(sensor, kind, size, first + BEFORE, first + BEFORE + LASTING)
-    wrong = injected(part, [fault.fault])
+    """A fault of a wheel that begins `BEFORE` and lasts `LASTING` seconds, judged while it lasts."""
+    size, first = WHEEL[kind], part[OF_CARS[0]].time[0]
+    wrong = injected(part, [Injected(sensor, kind, size, first + BEFORE, first + BEFORE + LASTING).fault])
     result, inside = judged(bank, wrong, only), slice(round(BEFORE * 100.0), round((BEFORE + LASTING) * 100.0))
     off = np.abs(aligned(wrong) - aligned(part))[inside, ConditionSample._fields.index(sensor)]
-    shows = np.flatnonzero(np.nan_to_num(off) > SHOWS.get(sensor, SHOWS_WHEEL))
+    shows = np.flatnonzero(np.nan_to_num(off) > SHOWS_WHEEL)
     said = np.flatnonzero(result[f"statements.{sensor}.status"][inside] == FAULT)
     last = said[-1] if len(said) else 0
     number, magnitude = (result[f"statements.{sensor}.{each}"][inside][last] for each in ("kind", "magnitude"))
@@ -145,42 +149,5 @@ def outcome(bank, part, sensor, kind, only=MOTION):
         said[0] / 100.0 if len(said) else math.inf,
         KINDS[int(number) - 1] if len(said) and number > 0.5 else "",
         abs(magnitude / size - 1.0) if size == size else math.nan,
-        frozenset(declared(result) - {sensor}),
+        declared(result) - {sensor},
     )
-
-
-def _table(seed, count, only):
-    bank, parts = rolling_monitor(load("rav4")), excerpts(drive(seed), count, seed)
-    for sensor in (name for name in OF_CARS if name in only):
-        for kind in WHEEL:
-            rows = [outcome(bank, part, sensor, kind, only) for part in parts]
-            shown = [row for row in rows if row.shows > 1.0]
-            right = [row for row in shown if row.kind == kind]
-            late = sorted(row.declared - row.onset for row in shown) or [math.nan]
-            print(
-                f"{sensor:24s} {kind:7s} shown {len(shown):3d} named {sum(row.declared < LASTING for row in shown):3d}"
-                f" right kind {len(right):3d} others {sum(bool(row.wrong) for row in rows)}"
-                f" after onset {late[len(late) // 2]:6.2f} {late[-1]:6.2f} s"
-                f" within 15 % {sum(not row.error > 0.15 for row in right):3d}",
-                flush=True,
-            )
-
-
-def _hard(seed, count):
-    bank, runs = rolling_monitor(load("rav4")), 0
-    for number in range(seed, seed + count):
-        for driven in ("front", "rear"):
-            for share in (0.0, 0.03, 0.1):
-                part = with_slip(hard(number, driven), share, driven)
-                for name, only in SETS.items():
-                    runs += 1
-                    if found := declared(judged(bank, part, only)):
-                        print(number, driven, share, name, sorted(found), flush=True)
-    print(f"{runs} runs of 300 s, {runs / 12.0:.1f} h")
-
-
-if __name__ == "__main__":
-    if sys.argv[1] == "hard":
-        _hard(int(sys.argv[2]), int(sys.argv[3]))
-    else:
-        _table(int(sys.argv[1]), int(sys.argv[2]), SETS[sys.argv[3] if len(sys.argv) > 3 else "all"])

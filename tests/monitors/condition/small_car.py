@@ -22,32 +22,20 @@ ALL_WHEELS = ("front_left", "front_right", "rear_left", "rear_right")
 
 
 class SmallCar(NamedTuple):
-    """Parameters of the plant.
+    """Parameters of the plant."""
 
-    Args:
-        mass, inertia: [kg], [kg*m**2]
-        front, rear, track: distances [m]
-        stiffness: of one tyre [N/rad]
-        friction: largest force over load [-]
-        ackermann: share of Ackermann's difference between the front wheels [-]
-        ratio: road wheel angle per steering wheel angle [-]
-        lag: time constant from the steering wheel to the road wheels [s]
-        zero: standard deviation of the zero of the angle sensor [rad]
-        uneven: standard deviation of a wheel's speed by the road [m/s]
-    """
-
-    mass: float = 400.0
-    inertia: float = 290.0
-    front: float = 0.9
+    mass: float = 400.0  # [kg]
+    inertia: float = 290.0  # [kg*m**2]
+    front: float = 0.9  # front, rear, track: distances [m]
     rear: float = 0.8
     track: float = 1.1
-    stiffness: float = 14e3
-    friction: float = 0.85
-    ackermann: float = 0.6
-    ratio: float = 1.0 / 16.0
-    lag: float = 0.05
-    zero: float = 0.03
-    uneven: float = 0.02
+    stiffness: float = 14e3  # of one tyre [N/rad]
+    friction: float = 0.85  # largest force over load
+    ackermann: float = 0.6  # share of Ackermann's difference between the front wheels
+    ratio: float = 1.0 / 16.0  # road wheel angle per steering wheel angle
+    lag: float = 0.05  # from the steering wheel to the road wheels [s]
+    zero: float = 0.03  # standard deviation of the zero of the angle sensor [rad]
+    uneven: float = 0.02  # standard deviation of a wheel's speed by the road [m/s]
 
 
 QUADRICYCLE = SmallCar()
@@ -132,9 +120,16 @@ def wheel_angle(p, steer, side):
 
 
 def recordings(cars_courses, seed, unsigned=False, step=0.01):
-    """Recordings of the motion sensors, as a bus carries them: rounded, noisy, with offsets, wheels that end at 0.1."""
-    states = driven(cars_courses)
-    return [_recorded(car, states[:, :, k], seed + k, unsigned, step) for k, (car, _) in enumerate(cars_courses)]
+    """Recordings of the motion sensors, as a bus carries them: rounded, noisy, with offsets, wheels that end at 0.1.
+
+    Shorter courses end earlier; `unsigned` may be given for each.
+    """
+    counts = [len(speed) for _, (speed, _) in cars_courses]
+    padded = [(car, [np.pad(each, (0, max(counts) - len(each)), "edge") for each in way]) for car, way in cars_courses]
+    states, flags = driven(padded), np.broadcast_to(unsigned, len(counts))
+    kept = [states[:, : -(-count // EVERY), k] for k, count in enumerate(counts)]
+    cars = [car for car, _ in cars_courses]
+    return [_recorded(*each, step) for each in zip(cars, kept, range(seed, seed + len(cars)), flags, strict=True)]
 
 
 def _recorded(p, states, seed, unsigned, step):

@@ -1,76 +1,71 @@
-"""From healthy drives to parameters and limits: what is taken, what is refused, what is doubted."""
+"""From healthy drives to parameters and limits: what is taken, what is refused, what is doubted, and what is kept."""
+
+import math
+import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tierod.cli import main
-from tierod.core.errors import InputError
+from tierod.core.errors import InputError, ParameterError
 from tierod.core.recording import Channel, Recording
-from tierod.monitors.condition.calibration import (
-    FAULTY,
-    _no_wider,
-    calibrate_condition,
-    calibrate_motion,
-    doubt_of,
-    remarks_of,
-    suspicions_of,
+from tierod.monitors.condition.calibration import calibrate_condition, calibrate_motion
+from tierod.monitors.condition.definition import condition_monitor, rolling_limits
+from tierod.monitors.condition.limits import (
+    BLOCK,
+    FACTOR,
+    NAME,
+    designed_on,
+    has_own_limits,
+    healthy_drives,
+    limits_of,
+    parted,
+    table_of,
 )
-from tierod.monitors.condition.definition import CONDITION, condition_monitor, rolling_limits
-from tierod.monitors.condition.limits import Watched, designed_on, healthy_drives, limits_of, parted
-from tierod.monitors.condition.parameters import Calibration, Found
+from tierod.monitors.condition.parameters import calibrate
 from tierod.monitors.condition.signals import OF_CARS, TARGETS, WHEELS, hypotheses, hypotheses_of_cars
+from tierod.monitors.condition.vehicle_filter import SENSOR_NOISE, LeaveOutFilter
 from tierod.report.identification import identify
 from tierod.vehicles import load
+from tierod.vehicles.writer import with_thresholds
+from tierod_lab.papers.condition.drives import Drive, calibration_drives, vehicle
+from tierod_lab.papers.condition.recorded import recorded
 from tierod_lab.papers.own_car.cars import drawn
 from tierod_lab.papers.own_car.judging import driven
 
 CAR = load("smartload")
 COUNT = len(hypotheses()) - 1
+PER_HOUR = 3600.0 / BLOCK
 
 
 def made_up(speed, rate=100.0, times=None):
-    """A recording of both wheel speeds."""
+    """A recording of both rear wheel speeds."""
     time = np.arange(len(speed)) / rate if times is None else times
-    names = ("wheel_speed_rear_left", "wheel_speed_rear_right")
-    return Recording({name: Channel(name, time, np.asarray(speed, float), "m/s") for name in names})
+    return Recording({name: Channel(name, time, np.asarray(speed, float), "m/s") for name in WHEELS})
 
 
 def with_targets(rate):
-    whole = made_up(driving(20.0))
     time = np.arange(round(20.0 * rate)) / rate
-    return whole.with_channels(Channel(name, time, np.sin(time), "N*m") for name in TARGETS)
+    return made_up(driving(20.0)).with_channels(Channel(name, time, np.sin(time), "N*m") for name in TARGETS)
 
 
 def driving(seconds, speed=5.0):
     return np.full(round(100.0 * seconds), speed)
 
 
-def test_standing_does_not_count_and_reversing_does():
-    (drive,) = healthy_drives({"a": made_up(np.concatenate([driving(20.0), driving(30.0, 0.0), driving(10.0, -3.0)]))})
-    assert drive.driven == pytest.approx(30.0, abs=0.05)
-
-
-@pytest.mark.parametrize("rate", [10.0, 25.0, 50.0, 100.0, 1000.0])
-def test_driving_counts_by_time_at_any_rate(rate):
-    (drive,) = healthy_drives({"a": made_up(np.full(round(60.0 * rate), 5.0), rate)})
-    assert drive.driven == pytest.approx(60.0, abs=0.2)
-
-
-@pytest.mark.parametrize("gone", WHEELS)
-def test_one_rear_wheel_shows_what_is_driven(gone):
-    whole = made_up(np.concatenate([driving(20.0), driving(30.0, 0.0), driving(40.0)]))
-    recording = Recording({name: each for name, each in whole.channels.items() if name != gone})
-    drives = healthy_drives({"a": recording})
-    assert drives[0].driven == pytest.approx(60.0, abs=0.05)
-    first, rest, seconds = parted(drives, 25.0)
-    assert (seconds, first[0].driven, rest[0].driven) == pytest.approx((25.0, 25.0, 35.0), abs=0.05)
-
-
-def test_a_long_gap_parts_a_recording_whatever_the_clock_does_in_it():
-    times = np.concatenate([np.arange(2000) / 100.0, 4e6 + np.arange(3000) / 100.0])
-    drives = healthy_drives({"a": made_up(np.full(5000, 5.0), times=times)})
-    assert [each.driven for each in drives] == pytest.approx([20.0, 30.0], abs=0.05)
-    assert {each.name for each in drives} == {"a"}
+@pytest.mark.parametrize(
+    ("recording", "seconds"),
+    [
+        (made_up(np.concatenate([driving(20.0), driving(30.0, 0.0), driving(10.0, -3.0)])), [30.0]),
+        (made_up(np.full(600, 5.0), 10.0), [60.0]),
+        (made_up(np.full(6000, 5.0), 1000.0), [6.0]),
+        (made_up(np.full(5000, 5.0), times=np.r_[np.arange(2000), 4e8 + np.arange(3000)] / 100.0), [20.0, 30.0]),
+    ],
+    ids=["standing and reversing", "10 Hz", "1 kHz", "a gap"],
+)
+def test_driving_counts_by_time_and_a_gap_parts_a_recording(recording, seconds):
+    assert [each.driven for each in healthy_drives({"a": recording})] == pytest.approx(seconds, abs=0.2)
 
 
 def test_the_first_seconds_of_driving_are_taken_from_as_many_drives_as_it_needs():
@@ -79,18 +74,15 @@ def test_the_first_seconds_of_driving_are_taken_from_as_many_drives_as_it_needs(
     assert seconds == 35.0
     assert [(each.name, round(each.driven)) for each in first] == [("a", 20), ("b", 15)]
     assert [(each.name, round(each.driven)) for each in rest] == [("b", 25), ("c", 9)]
-    for name in ("wheel_speed_rear_left", "wheel_speed_rear_right"):
-        assert [len(each.recording[name].values) for each in (first[1], rest[0])] == [1500, 2500]
+    assert [len(each.recording[WHEELS[0]].values) for each in (first[1], rest[0])] == [1500, 2500]
 
 
 @pytest.mark.parametrize(
     ("recordings", "message"),
     [
         ({"a": made_up(driving(400.0))}, "hold 6.7 minutes of driving, 1.5 of them for limits"),
-        ({"a": made_up(driving(50.0, 0.0))}, "hold 0.0 minutes"),
         ({"a": made_up(driving(9.0)), "b": made_up(driving(9.0))}, "a and b hold the same drive"),
         ({"a": Recording({})}, "a has neither wheel_speed_rear_left nor"),
-        ({"a": made_up([])}, "a has neither wheel_speed_rear_left nor"),
         ({"a": made_up(driving(20.0), rate=5.0)}, "at 5 Hz; calibration needs 10 Hz"),
         ({"a": with_targets(25.0)}, "a: the targets of the actuators are sampled at 25 Hz"),
     ],
@@ -100,44 +92,15 @@ def test_what_shows_too_little_is_refused_before_the_search(recordings, message)
         calibrate_condition(recordings, CAR)
 
 
-def test_a_drive_is_suspicious_where_one_fault_explains_it_far_better():
-    (drive,) = healthy_drives({"a": made_up(driving(9.0))})
-    fault_free = np.full((3, 2 * COUNT), -2.0)
-    faulty, jump, pair = fault_free.copy(), fault_free.copy(), fault_free.copy()
-    faulty[1, COUNT + 2] = 9.0
-    jump[2, 3] = 18.0
-    pair[0, COUNT + 20] = 9.0
-    watched = [Watched(each, 0.1) for each in (fault_free, faulty, jump, pair)]
-    named = [drive._replace(name=name) for name in ("fault_free", "faulty", "jump", "pair")]
-    found = suspicions_of(named, watched, hypotheses(), FAULTY)
-    assert [(each.drive, each.suspect, each.ratio) for each in found] == [
-        ("faulty", "yaw_rate", 3.0),
-        ("jump", "steering_wheel_angle", 1.5),
-    ]
-
-
-def searched(squares=(1.0,) * 8):
-    """A search for nothing that came to its end."""
-    return Calibration(CAR, Found((), np.ones(0), np.ones(0), 0.0, 0.0, np.array(squares), 1, True))
-
-
-def test_readings_that_do_not_fit_the_vehicle_are_doubted():
-    assert doubt_of(searched(), ()) == ""
-    for worst in (50.0, np.nan):
-        assert "the readings of yaw_rate" in doubt_of(searched((1.0, 1.0, worst, 1.0, 1.0, 1.0, 1.0, 1.0)), ())
-
-
-def test_remarks_show_what_the_limits_rest_on():
-    designed = designed_on(np.random.default_rng(1).exponential(1.0, (200, 2 * COUNT)), 1000.0)
-    result = " ".join(remarks_of(searched(), designed, 300.0, False, True))
-    assert "first 300 s" in result
-    assert "one false alarm is expected in 1 000 h" in result
-    assert "if the tail continues as an exponential: only" in result
-    assert "rules of the paper are not calibrated" in result
+def test_a_short_drive_and_a_vehicle_without_deviations_are_refused():
+    with pytest.raises(InputError, match="better five minutes with bends"):
+        calibrate([recorded(Drive("short-round", 24.0, 0, 5))], CAR)
+    known = {name: replace(each, standard_deviation=None) for name, each in CAR.parameters.items()}
+    with pytest.raises(InputError, match="gives no standard deviation"):
+        calibrate([made_up(driving(70.0))], replace(CAR, parameters=known))
 
 
 FRONT = "wheel_speed_front_left"
-CAR_COUNT = len(hypotheses_of_cars()) - 1
 
 
 @pytest.fixture(scope="module")
@@ -151,11 +114,12 @@ def drive(car):
     return Recording({name: whole[name] for name in OF_CARS})
 
 
-@pytest.fixture(autouse=True)
+@pytest.fixture
 def short(monkeypatch):
     monkeypatch.setattr("tierod.monitors.condition.limits.LEAST_HOURS", 0.04)
 
 
+@pytest.mark.usefixtures("short")
 def test_limits_are_found_written_and_read_by_the_monitor(car, drive, tmp_path):
     path = tmp_path / "mine.toml"
     values = [f"{name}={car.brochure[name]:g}" for name in ("mass", "wheelbase")]
@@ -165,44 +129,94 @@ def test_limits_are_found_written_and_read_by_the_monitor(car, drive, tmp_path):
     found = identify("thresholds", {"a": drive}, begun)
     assert not found.doubt
     found.write_vehicle(path)
-    kept = load(path)
-    own = limits_of(kept, hypotheses_of_cars())
+    own = limits_of(load(path), hypotheses_of_cars())
     assert own.fast == pytest.approx(found.result.designed.limits.fast, rel=1e-4)
-    assert condition_monitor(kept).judge.decision.weighing.limits == own
-    assert own != rolling_limits()
-    notes = CONDITION.variants["bank"].open(kept, 100.0, None)._car.notes
-    assert "its own drives" in notes[0]
-
-
-def test_no_limit_is_wider_than_those_of_any_car_unless_its_own_driving_comes_near():
+    assert condition_monitor(load(path)).judge.decision.weighing.limits == own
     usual = rolling_limits()
-    wide = usual.__class__((25.0,) * CAR_COUNT, (25.0,) * CAR_COUNT, usual.gap, usual.margin)
-    quiet = np.full((4, 2 * CAR_COUNT), -1.0)
-    limits, lowered = _no_wider(wide, quiet)
-    assert (limits.fast, limits.slow, lowered) == (usual.fast, usual.slow, 2 * CAR_COUNT)
-    rough = quiet.copy()
-    rough[2, 0] = 20.0
-    limits, lowered = _no_wider(wide, rough)
-    assert (limits.fast[0], lowered) == (25.0, 2 * CAR_COUNT - 1)
+    assert own != usual
+    pairs = zip((*own.fast, *own.slow), (*usual.fast, *usual.slow), strict=True)
+    assert all(mine <= any_ + 1e-9 for mine, any_ in pairs), "its own quiet driving lowers limits alone"
 
 
-@pytest.mark.parametrize("name", [FRONT, "yaw_rate"])
-def test_a_drive_with_a_fault_is_named_and_nothing_may_be_used(car, drive, name):
+@pytest.mark.usefixtures("short")
+@pytest.mark.parametrize(("name", "size"), [(FRONT, 2.0), ("yaw_rate", 0.3)])
+def test_a_drive_with_a_fault_is_named_and_nothing_may_be_used(car, drive, name, size):
     given = drive[name]
-    wrong = (given.time > 100.0) & (given.time < 110.0)
-    values = np.where(wrong, given.values + (2.0 if name == FRONT else 0.3), given.values)
+    values = given.values + np.where((given.time > 100.0) & (given.time < 110.0), size, 0.0)
     bad = drive.with_channels([Channel(name, given.time, values, given.unit)])
     assert f"b: {name}" in calibrate_motion({"a": drive.slice(stop=90.0), "b": bad}, car.brochure).doubt
 
 
-def test_too_few_sensors_and_too_little_driving_are_refused(car, drive, monkeypatch):
-    few = Recording({name: drive[name] for name in OF_CARS if not name.startswith("wheel_speed_rear")})
-    few = few.slice(stop=100.0)
-    assert len(few.names) == 4
-    with pytest.raises(InputError, match="rear"):
-        calibrate_motion({"a": few}, car.brochure)
+@pytest.mark.usefixtures("short")
+def test_too_few_sensors_and_too_little_driving_are_refused(car, drive):
     fewer = Recording({name: drive[name] for name in ("yaw_rate", FRONT, "wheel_speed_rear_left")})
     with pytest.raises(InputError, match="3 of the sensors.*it lacks.*steering_wheel_angle"):
         calibrate_motion({"a": fewer}, car.brochure)
     with pytest.raises(InputError, match="better an hour"):
         calibrate_motion({"a": drive.slice(stop=60.0)}, car.brochure)
+
+
+def blocks(hours=20.0, scale=4.0, start=20.0, seed=3):
+    """Ratios of every ten seconds, all alike but for one hypothesis that has an exponential tail above `start`."""
+    count = round(hours * PER_HOUR)
+    ratios = np.full((count, 2 * COUNT), 0.01)
+    ratios[:, 4] = start + np.random.default_rng(seed).exponential(scale, count)
+    return ratios
+
+
+def test_the_factor_is_that_of_the_exponential_tail_and_never_below_the_least():
+    scale, start, hours = 4.0, 20.0, 1e6
+    found = designed_on(blocks(20.0, scale, start), hours)
+    # The limit is where an exponential tail is exceeded once in so many hours: start + scale ln(blocks).
+    assert found.limits.fast[4] == pytest.approx(start + scale * math.log(hours * PER_HOUR), rel=0.1)
+    assert found.hours_between_alarms == pytest.approx(hours, rel=1e-6)
+    short = designed_on(blocks(), 1.0)
+    assert (short.factor, short.hours_between_alarms > 1.0) == (FACTOR, True)
+    # Well above what was seen where that was next to nothing.
+    assert (short.limits.fast[0], short.limits.slow[0]) == pytest.approx((2.01 * FACTOR, 1.01 * FACTOR))
+
+
+def test_limits_go_into_a_vehicle_file_and_come_back():
+    designed = designed_on(blocks(), 1000.0)
+    text = with_thresholds('name = "x"\nsource = "made up"\n', NAME, table_of(designed, "a drive"))
+    kept = replace(CAR, thresholds=tomllib.loads(text)["thresholds"])
+    read = limits_of(kept)
+    np.testing.assert_allclose(read.fast + read.slow, designed.limits.fast + designed.limits.slow, rtol=1e-3)
+    assert has_own_limits(kept)
+    assert not has_own_limits(CAR)
+
+
+def changed(**changes):
+    return {NAME: {**table_of(designed_on(blocks(), 1000.0), "a drive"), **changes}}
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ({}, "no limits of the condition monitor; 'tierod identify thresholds'"),
+        (changed(fast={"yaw_rate": 3.0}), "fast.*lacks 'wheel_speed_rear_left'"),
+        (changed(fast={each.name: 1.0 for each in hypotheses()}), "holds unknown hypotheses"),
+        (changed(slow={each.name: 0.0 for each in hypotheses()[1:]}), "numbers above zero"),
+        (changed(gap="wide"), "numbers above zero"),
+    ],
+)
+def test_a_table_that_cannot_be_meant_is_refused(table, message):
+    with pytest.raises(ParameterError, match=message):
+        limits_of(replace(CAR, thresholds=table))
+
+
+@pytest.mark.slow
+def test_five_minutes_distinguish_the_vehicle_and_its_sensors_from_the_nominal_ones():
+    found = calibrate([recorded(calibration_drives(1)[0])], CAR)
+    assert found.found.converged
+    car, sensors = vehicle(1)
+    left, right = sensors["wheel_speed_rear_left"].gain, sensors["wheel_speed_rear_right"].gain
+    assert found.vehicle["mass"] == pytest.approx(car.chassis.mass, rel=0.02)
+    assert found.vehicle["wheel_speed_scale"] == pytest.approx(0.5 * (left + right), rel=0.006)
+    assert found.vehicle["wheel_speed_difference"] == pytest.approx(right / left - 1.0, abs=3e-4)
+    assert found.vehicle["nominal_friction"] == pytest.approx(car.steering.rack.friction.level, rel=0.02)
+    assert found.vehicle["rack_stiffness"] == pytest.approx(car.steering.rack.centring, rel=0.02)
+    for name, close in (("yaw_rate", 5e-4), ("steering_shaft_torque", 0.01), ("tie_rod_force", 1.5)):
+        assert found.vehicle[f"{name}_offset"] == pytest.approx(sensors[name].bias, abs=close)
+    noise = LeaveOutFilter.of_vehicle(found.vehicle).sensor_noise
+    assert noise.tie_rod_force == pytest.approx(SENSOR_NOISE.tie_rod_force, rel=0.01)

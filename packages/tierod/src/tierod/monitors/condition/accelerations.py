@@ -102,6 +102,7 @@ class Difference(NamedTuple):
     start: Annotated[float, "s"]  # time at which the difference reached that magnitude, to half a second [s]
     found: Annotated[float, "s"]  # time of the detection [s]
     magnitude: float  # single difference, mean, standard deviation or noise
+    still: bool  # whether the reading has had no noise since the start, as one that stays the same
 
 
 class DifferenceCheck:
@@ -110,6 +111,7 @@ class DifferenceCheck:
     def __init__(self, bounds: Bounds):
         self._bounds = bounds
         self._rows: deque[Row] = deque(maxlen=round(SHAPE_TIME / BLOCK))
+        self._noisy = 0.0  # end of the last block in which the reading had noise [s]
         self.found: Difference | None = None
 
     @property
@@ -121,6 +123,8 @@ class DifferenceCheck:
         if self.sure:
             return False
         self._rows.append(row)
+        if row.noise != 0.0:
+            self._noisy = row.end
         if not isfinite(row.apart):
             return False
         measures = self._measures()
@@ -130,7 +134,10 @@ class DifferenceCheck:
             begin, magnitude, _ = hit
             much = (row.end for row in self._rows if row.end > begin and max(abs(row.apart), row.noise) >= magnitude)
             start = next(much, begin + BLOCK) - BLOCK
-            self.found = Difference(sure is not None, begin, start, row.end, magnitude)
+            still = self._noisy <= start + 0.5 * BLOCK
+            self.found = Difference(
+                sure is not None, begin, min(start, self._noisy) if still else start, row.end, magnitude, still
+            )
         return sure is not None
 
     def _measures(self) -> list[tuple[float, float, float]]:

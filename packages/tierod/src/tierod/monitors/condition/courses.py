@@ -32,7 +32,7 @@ class StatementCourse(NamedTuple):
     testable: np.ndarray  # whether a fault would show
     spread: np.ndarray  # deviations by which that is judged, see `Judged`
     kind: np.ndarray  # number of the kind; 0 where none is identified
-    magnitude: np.ndarray  # magnitude, deviation: magnitude of the fault, see `described`, and its standard deviation
+    magnitude: np.ndarray  # magnitude, deviation: magnitude of the fault, and its standard deviation
     deviation: np.ndarray
     low_grip: np.ndarray  # whether the tyres slid, so that no fault was declared, (n,)
     # evidence for a fault, see `Judged.lead`, (n,) [nat per sample, or a share]; NaN where nothing is judged
@@ -67,8 +67,7 @@ class StatementCourse(NamedTuple):
     def unjudged(cls, count: int) -> StatementCourse:
         """Statements over samples that are not judged: not testable."""
         no, unknown = np.zeros((count, len(ELEMENTS)), bool), np.full((count, len(ELEMENTS)), np.nan)
-        status = np.full(no.shape, NOT_TESTABLE)
-        no_kind = np.zeros(no.shape)
+        status, no_kind = np.full(no.shape, NOT_TESTABLE), np.zeros(no.shape)
         return cls(status, no, unknown, no_kind, unknown, unknown, no[:, 0], unknown[:, 0], unknown, unknown, no)
 
     def where_available(self, available: np.ndarray, moving: np.ndarray) -> StatementCourse:
@@ -79,38 +78,6 @@ class StatementCourse(NamedTuple):
             [self.status == FAULT, ~available, self.status == SUSPECT], [FAULT, NOT_AVAILABLE, SUSPECT], quiet
         )
         return self._replace(status=status, testable=testable)
-
-
-class Description(NamedTuple):
-    """Description of a kind of fault and of its magnitude."""
-
-    kind: str  # kind in words
-    quantity: str = ""  # name of the magnitude; "" for a kind without magnitude
-    unit: str = ""  # unit of the magnitude
-    factor: float = 1.0  # conversion factor from the magnitude to that unit
-
-
-def described(element: str, kind: float, magnitude: float) -> Description:
-    if kind == LOST_TORQUE:
-        return Description("loss of torque", "lost share of the torque", "percent", 100.0)
-    unit = SIGNALS[element].unit if element in SIGNALS else ""
-    sign = "positive" if magnitude > 0.0 else "negative"
-    return {
-        LOSS: Description("total loss"),
-        STUCK: Description("stuck"),
-        OFFSET: Description(f"{sign} offset", "offset", unit),
-        GAIN: Description("wrong gain", "reading over truth"),
-        DRIFT: Description("drift", "growth of the error", f"{unit}**2" if unit.endswith("/s") else f"{unit}/s"),
-        OUTLIER: Description("outlier", "reading over truth"),
-        NOISE: Description("noise", "standard deviation of the noise", unit),
-        DELAY: Description("delay", "delay", "s"),
-    }.get(kind, Description(""))
-
-
-def listed(names: Sequence[str], word: str = "and") -> str:
-    """Names of signals in plain words, the last two joined by a word."""
-    plain = [name.replace("_", " ") for name in names]
-    return f" {word} ".join([", ".join(plain[:-1]), plain[-1]] if len(plain) > 1 else plain)
 
 
 TOGETHER = 0.3  # shortest gap between two episodes of one element [s]; with a shorter gap they are one episode
@@ -152,6 +119,49 @@ class Span:
 
     def add(self, kind: float, count: int, magnitude: float, deviation: float) -> None:
         self.kinds[kind] = (self.kinds.get(kind, (0,))[0] + count, magnitude, deviation)
+
+    def joined(self, new: Span) -> None:
+        self.onset, self.others = min(self.onset, new.onset), self.others + new.others
+        self.end, self.supported, self.ended, self.followed = new.end, new.supported, new.ended, True
+        self.count += new.count
+        for kind, (count, magnitude, deviation) in new.kinds.items():
+            self.add(kind, count, magnitude, deviation)
+
+    def follow(self, supported: np.ndarray, period: float) -> None:
+        """Extend a fault beyond its declaration: a rule withdraws it while a symptom is missing."""
+        gone = np.flatnonzero(np.isnan(supported))
+        count = int(gone[0]) if len(gone) else len(supported)
+        if self.followed and count:
+            self.supported = float(supported[count - 1]) + period
+        self.followed = self.followed and not len(gone)
+
+    def episode(self, element: str, last: float, period: float, others: tuple[str, ...]) -> Episode:
+        kind, value, deviation = self.kind
+        words, quantity, unit, factor = _described(element, kind, value)
+        size = None
+        if quantity and np.isfinite(value):
+            name = f"{quantity} of {element.replace('_', ' ')}"
+            size = Estimate(name, factor * value, factor * deviation, unit)
+        lasts = max(self.end, self.supported) >= last and not self.ended
+        end = None if lasts else max(self.supported, self.onset + period)
+        return Episode(words, self.onset, end, size, others, self.start)
+
+
+def _described(element: str, kind: float, magnitude: float) -> tuple[str, str, str, float]:
+    """Kind of a fault and its magnitude in words, "" without one; its unit, and the factor to that unit."""
+    unit = SIGNALS[element].unit if element in SIGNALS else ""
+    found: dict[float, tuple[str, str, str]] = {
+        LOSS: ("total loss", "", ""),
+        STUCK: ("stuck", "", ""),
+        OFFSET: (f"{'positive' if magnitude > 0.0 else 'negative'} offset", "offset", unit),
+        GAIN: ("wrong gain", "reading over truth", ""),
+        DRIFT: ("drift", "growth of the error", f"{unit}**2" if unit.endswith("/s") else f"{unit}/s"),
+        OUTLIER: ("outlier", "reading over truth", ""),
+        NOISE: ("noise", "standard deviation of the noise", unit),
+        DELAY: ("delay", "delay", "s"),
+        LOST_TORQUE: ("loss of torque", "lost share of the torque", "percent"),
+    }
+    return (*found.get(kind, ("", "", "")), 100.0 if kind == LOST_TORQUE else 1.0)
 
 
 @dataclass
@@ -196,21 +206,13 @@ class ElementCourse:
             if not self.course or self.course[-1].status is not reached:
                 self.course.append(StatusChange(float(time[at]), reached))
 
-    def _follow(self, span: Span, supported: np.ndarray) -> None:
-        """Extend a fault beyond its declaration: a rule withdraws it while a symptom is missing."""
-        gone = np.flatnonzero(np.isnan(supported))
-        count = int(gone[0]) if len(gone) else len(supported)
-        if span.followed and count:
-            span.supported = float(supported[count - 1]) + self.period
-        span.followed = span.followed and not len(gone)
-
     def _extend(
         self, spans: list[Span], time: np.ndarray, there: np.ndarray, stated: StatementCourse, place: int
     ) -> None:
         begins, ends = (each.tolist() for each in runs(there))
         supported = stated.supported[:, place]
         if spans:
-            self._follow(spans[-1], supported[: (*begins, len(time))[0]])
+            spans[-1].follow(supported[: (*begins, len(time))[0]], self.period)
         for start, stop, following in zip(begins, ends, [*begins, len(time)][1:], strict=True):
             new = Span(
                 float(time[start]),
@@ -227,29 +229,30 @@ class ElementCourse:
                 new.add(kind, len(at), float(stated.magnitude[at[-1], place]), float(stated.deviation[at[-1], place]))
             # Evidence that was never forgotten in between is that of one fault.
             if spans and min(new.start - TOGETHER, new.onset - self.period) < spans[-1].end:
-                before = spans[-1]
-                before.end, before.count, before.others = new.end, before.count + new.count, before.others + new.others
-                before.onset, before.supported = min(before.onset, new.onset), new.supported
-                before.ended, before.followed = new.ended, True
-                for kind, (count, magnitude, deviation) in new.kinds.items():
-                    before.add(kind, count, magnitude, deviation)
+                spans[-1].joined(new)
             else:
                 spans.append(new)
-            self._follow(spans[-1], supported[stop:following])
+            spans[-1].follow(supported[stop:following], self.period)
 
     def episodes(self, end: float, alone: bool = False) -> tuple[Episode, ...]:
         """Episodes of faults and of doubts between several elements, in the order of time; or doubts about this alone.
 
         `end` is the end of the recording [s].
         """
+        spans: list[tuple[Span, tuple[str, ...]]] = [] if alone else [(each, ()) for each in self.faults]
+        spans += [(each, others) for each, others in self._lasting() if alone == (not others)]
         last = end - 1.5 * self.period
-        found = [] if alone else [self._episode(each, last) for each in self.faults]
-        doubts = (each for each in self._lasting() if alone == (not self._others(each)))
-        found += [self._episode(each, last, doubt=True) for each in doubts]
+        found = [each.episode(self.element, last, self.period, others) for each, others in spans]
         return tuple(sorted(found, key=lambda episode: episode.declared_at))
 
-    def _lasting(self) -> list[Span]:
-        return [each for each in self.doubts if each.end - each.start >= LEAST_DOUBT]
+    def _lasting(self) -> list[tuple[Span, tuple[str, ...]]]:
+        """Lasting doubts, and the other elements that may be faulty instead."""
+        found = []
+        for each in self.doubts:
+            beside = zip(ELEMENTS, each.others > SHARE * each.count, strict=True)
+            if each.end - each.start >= LEAST_DOUBT:
+                found.append((each, tuple(name for name, there in beside if there and name != self.element)))
+        return found
 
     def declare(
         self,
@@ -272,7 +275,7 @@ class ElementCourse:
         The spans [s] have the sign of the errors that belong to them, 0 for both; `alike` are elements with which a
         doubt counts as well.
         """
-        doubts = [(each, each.end) for each in self._lasting() if {*self._others(each)} <= {*alike}]
+        doubts = [(each, each.end) for each, others in self._lasting() if {*others} <= {*alike}]
         return [
             each
             for each, until in (*((each, each.supported) for each in self.faults), *doubts)
@@ -285,29 +288,10 @@ class ElementCourse:
         withdrawn = any(start <= each.declared_at <= end for each in self.episodes(np.inf))
         for spans in (self.faults, self.doubts):
             spans[:] = [each for each in spans if not start <= each.start <= end]
-        changed = [
-            StatusChange(each.time, Status.NOT_TESTABLE)
-            if start <= each.time <= end and each.status in (Status.FAULT, Status.SUSPECT)
-            else each
-            for each in self.course
-        ]
-        self.course[:] = [
-            each for place, each in enumerate(changed) if not place or changed[place - 1].status is not each.status
-        ]
+        course, self.course = self.course, []
+        for each in course:
+            gone = start <= each.time <= end and each.status in (Status.FAULT, Status.SUSPECT)
+            new = StatusChange(each.time, Status.NOT_TESTABLE) if gone else each
+            if not self.course or self.course[-1].status is not new.status:
+                self.course.append(new)
         return withdrawn
-
-    def _others(self, span: Span) -> tuple[str, ...]:
-        beside = span.others > SHARE * span.count
-        return tuple(name for name, there in zip(ELEMENTS, beside, strict=True) if there and name != self.element)
-
-    def _episode(self, span: Span, last: float, doubt: bool = False) -> Episode:
-        kind, value, deviation = span.kind
-        words = described(self.element, kind, value)
-        size = None
-        if words.quantity and np.isfinite(value):
-            name, factor = f"{words.quantity} of {self.element.replace('_', ' ')}", words.factor
-            size = Estimate(name, factor * value, factor * deviation, words.unit)
-        open_ = max(span.end, span.supported) >= last and not span.ended
-        end = None if open_ else max(span.supported, span.onset + self.period)
-        others = self._others(span) if doubt else ()
-        return Episode(words.kind, span.onset, end, size, others, span.start)

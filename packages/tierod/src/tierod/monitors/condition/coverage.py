@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Annotated, NamedTuple
@@ -11,10 +11,12 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from tierod.core.findings import Status
+from tierod.core.shown import shown
 from tierod.core.signals import SIGNALS
 from tierod.io.quality import impossible
+from tierod.methods.running import Spans
 from tierod.monitors.condition.signals import ALL_WHEELS, PLACES, SENSORS, TARGETS, ConditionSample
-from tierod.monitors.condition.wiring import Problem
+from tierod.monitors.condition.wiring import Problem, wrong_unit
 from tierod.monitors.stuck import Stuck
 
 LEAST = 1.0  # time of driving, beyond a tolerated gap, for which a signal must be missing to count as lost [s]
@@ -40,32 +42,24 @@ class Absence:
     lacked: int = 0
     lately: int = 0  # number of samples of driving without it since it was last present
     last: float = math.nan  # time at which it was last present [s]; NaN if it never was
-    alone: int = 0  # number of samples of driving without it alone, since it was last present
-    # bounds of the times without it alone, after which it came back [s]
-    gaps: list[tuple[float, float]] = field(default_factory=list)
+    alone: Spans = field(init=False)  # times without it while other signals were judged
+
+    def __post_init__(self) -> None:
+        self.alone = Spans(LEAST / self.period)
 
     def add(self, time: np.ndarray, there: np.ndarray, parked: np.ndarray, others: np.ndarray | None = None) -> None:
         lacks = ~there & ~parked
+        places = np.flatnonzero(there)
         if others is not None:
-            self._follow(time, there, lacks & others)
+            # Before its first presence the signal has not begun, which is no gap.
+            begun = np.ones(len(time), bool) if self.came else np.logical_or.accumulate(there)
+            self.alone.add(time, lacks & others & begun)
         self.there += int(np.count_nonzero(there & ~parked))
         self.lacked += int(np.count_nonzero(lacks))
-        places = np.flatnonzero(there)
         if len(places):
             self.last, self.lately = float(time[places[-1]]), 0
             lacks = lacks[places[-1] + 1 :]
         self.lately += int(np.count_nonzero(lacks))
-
-    def _follow(self, time: np.ndarray, there: np.ndarray, lacks: np.ndarray) -> None:
-        """Close the gaps of the next piece; before its first presence the signal has not begun, which is no gap."""
-        places = np.flatnonzero(there)
-        lacked = self.alone + np.concatenate([[0], np.cumsum(lacks)])
-        before = np.concatenate([[self.last], time[places]])[:-1]
-        long = np.diff(np.concatenate([[0], lacked[places]])) * self.period > LEAST
-        for start, end in zip(before[long].tolist(), time[places][long].tolist(), strict=True):
-            if not math.isnan(start):
-                self.gaps.append((max(start - self.borne + self.period, 0.0), end))
-        self.alone = int(lacked[-1] - (lacked[places[-1]] if len(places) else 0))
 
     @property
     def came(self) -> bool:
@@ -75,7 +69,10 @@ class Absence:
     def since(self) -> float | None:
         """Time from which the signal is missing until the end [s]; None if it was present at the end, or never."""
         lost = self.came and self.lately * self.period > LEAST
-        return max(self.last - self.borne + self.period, 0.0) if lost else None
+        return self._begun(self.last + self.period) if lost else None
+
+    def _begun(self, noticed: float) -> float:
+        return max(noticed - self.borne, 0.0)
 
     def loss(self, status: Status, gone: str, rare: str) -> Loss | None:
         """Loss until the end, or for more than half of the drive, in words; None if there is none."""
@@ -84,11 +81,12 @@ class Absence:
         if self.came and self.lacked > self.there and self.lacked * self.period > LEAST:
             whole = (self.there + self.lacked) * self.period
             return Loss(status, f"{rare} for only {self.there * self.period:.0f} of {whole:.0f} s of driving", None)
-        if self.gaps:
-            (start, end), *further = self.gaps
-            more = f", and {len(further)} more time{'s' * (len(further) > 1)}" if further else ""
-            return Loss(Status.NOT_TESTABLE, f"{gone} from {start:.2f} s to {end:.2f} s{more}", start, end)
-        return None
+        gaps = [each for each in self.alone.found() if math.isfinite(each.end)]
+        if not gaps:
+            return None
+        start, end, further = self._begun(gaps[0].start), gaps[0].end, len(gaps) - 1
+        more = f", and {further} more time{'s' * (further > 1)}" if further else ""
+        return Loss(Status.NOT_TESTABLE, f"{gone} from {start:.2f} s to {end:.2f} s{more}", start, end)
 
 
 LONG = 5.0  # time of driving for which a reading must stay the same [s]; coarse sensors on straight roads reach 3 s
@@ -107,14 +105,14 @@ class Same(NamedTuple):
     """Time in which the reading stayed the same."""
 
     samples: int = 0  # number of samples of driving
-    start: Annotated[float, "s"] = math.nan  # start, end: bounds of the time [s]
+    start: Annotated[float, "s"] = math.nan  # start, end: first sample of driving, and last sample [s]
     end: Annotated[float, "s"] = math.nan
     least: float = math.inf  # least, most: range of the value by other sensors in it [unit of the reading]
     most: float = -math.inf
 
 
 class Constancy:
-    """Follows piece by piece for how long the reading stays exactly the same; standstill and gaps do not count.
+    """Follows piece by piece for how long the reading stays exactly the same; only driving counts.
 
     A sensor that fails to a plausible value, such as a yaw rate of zero on a straight road, contradicts no other.
     """
@@ -125,21 +123,21 @@ class Constancy:
         self._longest: list[Same] = []
 
     def add(self, time: np.ndarray, readings: np.ndarray, moving: np.ndarray, others: np.ndarray) -> None:
-        counts = np.flatnonzero(np.isfinite(readings) & moving)
-        if not len(counts):
+        there = np.flatnonzero(np.isfinite(readings))
+        if not len(there):
             return
-        time, values, others = time[counts], readings[counts], others[counts]
+        time, values, moving, others = time[there], readings[there], moving[there], others[there]
         changes = np.flatnonzero(np.diff(values, prepend=self._last) != 0.0)
         for first, (start, stop) in enumerate(pairwise([0, *changes.tolist(), len(values)])):
             if first:
-                self._longest = self._lasting()
-                self._now = Same(0, float(time[start]))
-            if stop > start:
-                given = others[start:stop][np.isfinite(others[start:stop])]
-                now = self._now
+                self._longest, self._now = self._lasting(), Same()
+            drives = time[start:stop][moving[start:stop]]
+            now = self._now
+            if len(drives) or (now.samples and stop > start):
+                given = others[start:stop][moving[start:stop] & np.isfinite(others[start:stop])]
                 self._now = Same(
-                    now.samples + stop - start,
-                    float(time[start]) if math.isnan(now.start) else now.start,
+                    now.samples + len(drives),
+                    float(drives[0]) if math.isnan(now.start) else now.start,
                     float(time[stop - 1]),
                     float(given.min(initial=now.least)),
                     float(given.max(initial=now.most)),
@@ -158,7 +156,7 @@ class Constancy:
         least = SHORT if never else math.inf if self._noisy else SHORT if changed > TURNED else LONG
         if longest.samples * self._period < least or not longest.samples > UNUSUAL * second > 0.0:
             return None
-        return _same(longest.start, longest.end, "of driving")
+        return _same(longest.start, None if longest is self._now else longest.end)
 
 
 def stuck_readings(spans: Iterable[Stuck]) -> dict[str, Loss]:
@@ -166,13 +164,13 @@ def stuck_readings(spans: Iterable[Stuck]) -> dict[str, Loss]:
     found: dict[str, Loss] = {}
     for each in spans:
         if each.name in SENSORS:
-            found.setdefault(each.name, _same(each.start, each.end, "while related signals moved"))
+            found.setdefault(each.name, _same(each.start, each.end, " while related signals moved"))
     return found
 
 
-def _same(start: float, end: float | None, while_: str) -> Loss:
+def _same(start: float, end: float | None, while_: str = "") -> Loss:
     until = "on" if end is None else f"to {end:.2f} s"
-    return Loss(Status.NOT_TESTABLE, f"its reading stayed the same from {start:.2f} s {until} {while_}", start, end)
+    return Loss(Status.NOT_TESTABLE, f"its reading stayed the same from {start:.2f} s {until}{while_}", start, end)
 
 
 LOST = 1.0  # time without a reading from which a signal is missing and not merely slow [s]
@@ -189,7 +187,7 @@ With noise they would differ; without noise, repeated readings hold no informati
 PARKING = 1.5
 """Speed below which a vehicle was about to stand when its wheel speeds ended [m/s]; coarse sensors end at 0.8 m/s."""
 
-_NEEDED = [*PLACES, *(ConditionSample._fields.index(name) for name in TARGETS)]
+_TARGETS = [ConditionSample._fields.index(name) for name in TARGETS]
 _WHEELS = [SENSORS.index(name) for name in ALL_WHEELS]
 _COUNT = len(SENSORS)
 
@@ -213,9 +211,9 @@ class Coverage:
 
     def __init__(self, rate: float, asked: bool = True):
         self.interruptions, self._asked = 0, asked
-        self._limits = np.where(np.arange(len(_NEEDED)) < _COUNT, round(LOST * rate), round(UNASKED * rate))
+        self._limits = np.repeat((round(LOST * rate), round(UNASKED * rate)), (_COUNT, len(TARGETS)))
         self._held_limit = round(HELD * rate)
-        self._age = np.full(len(_NEEDED), np.inf)
+        self._age = np.full(len(self._limits), np.inf)
         self._judged, self._ever = False, np.zeros(_COUNT, bool)
         self._before, self._repeated = np.full(_COUNT, np.nan), 0
         self._parked: bool | None = None
@@ -225,13 +223,16 @@ class Coverage:
             no = np.zeros(0, bool)
             return values, Covered(np.zeros((0, len(self._limits)), bool), no, no, no, no, no)
         readings = values[:, PLACES]
-        zero, parked = all_zero(readings), self._stands(readings[:, _WHEELS])
+        present = np.isfinite(readings)
+        # A failed bus or supply, or a vehicle at standstill.
+        zero = (present.sum(axis=1) >= ALL) & (~present | (readings == 0.0)).all(axis=1)
+        parked = self._stands(readings[:, _WHEELS])
         # A parked vehicle may repeat its readings without a fault.
         held = self._repeats(readings) & ~zero & ~parked
         if zero.any() or held.any():
             values = values.copy()
             values[np.ix_(zero | held, PLACES)] = np.nan
-        there = np.isfinite(values[:, _NEEDED])
+        there = np.isfinite(values[:, [*PLACES, *_TARGETS]])
         # In indices of this piece, the last reading of the previous one lies at -1 - age.
         place = np.arange(len(values), dtype=float)[:, None]
         age = place - np.maximum.accumulate(np.where(there, place, -1.0 - self._age), axis=0)
@@ -249,8 +250,7 @@ class Coverage:
         there = np.isfinite(readings) & np.isfinite(before)
         same = (there.sum(axis=1) >= ALL) & (~there | (readings == before)).all(axis=1)
         place = np.arange(len(readings))
-        since = np.maximum.accumulate(np.where(same, -1 - self._repeated, place))
-        repeated = place - since
+        repeated = place - np.maximum.accumulate(np.where(same, -1 - self._repeated, place))
         self._before, self._repeated = readings[-1], int(repeated[-1])
         return np.asarray(repeated >= self._held_limit)
 
@@ -266,18 +266,15 @@ class Coverage:
         return np.asarray(stands)
 
 
-def all_zero(readings: np.ndarray) -> np.ndarray:
-    """Whether all available sensors read exactly zero: a failed bus or supply, or a vehicle at standstill."""
-    there = np.isfinite(readings)
-    return np.asarray((there.sum(axis=1) >= ALL) & (~there | (readings == 0.0)).all(axis=1))
+SPIKES = 1.0  # time of impossible values from which they are no spikes, but values of another unit [s]
 
 
 class ImpossibleValues:
     """Removes infinite values, and values far beyond the plausible range of their signal, piece by piece."""
 
-    def __init__(self) -> None:
-        self._count = np.zeros(len(ConditionSample._fields), int)
-        self._largest = np.zeros(len(ConditionSample._fields))
+    def __init__(self, rate: float) -> None:
+        self._spikes = SPIKES * rate
+        self._count, self._largest = (np.zeros(len(ConditionSample._fields)) for _ in range(2))
 
     def add(self, values: np.ndarray) -> np.ndarray:
         pairs = zip(ConditionSample._fields, values.T, strict=True)
@@ -288,14 +285,27 @@ class ImpossibleValues:
         self._largest = np.maximum(self._largest, np.where(far, np.abs(values), 0.0).max(axis=0))
         return np.where(far, np.nan, values)
 
+    def _found(self) -> list[tuple[str, int, float]]:
+        rows = zip(ConditionSample._fields, self._count.astype(int).tolist(), self._largest.tolist(), strict=True)
+        return [row for row in rows if row[1]]
+
     def notes(self) -> tuple[str, ...]:
         return tuple(
             f"{count} impossible value{'s' if count > 1 else ''} of {name.replace('_', ' ')}, up to "
             + f"{largest:.3g} {SIGNALS[name].unit}".rstrip()
             + f" {'was' if count == 1 else 'were'} left out: check the sensor, its bus and its unit"
-            for name, count, largest in zip(ConditionSample._fields, self._count.tolist(), self._largest, strict=True)
-            if count
+            for name, count, largest in self._found()
         )
+
+    def problems(self, names: Collection[str]) -> tuple[Problem, ...]:
+        """Problem that a signal has another unit, as degrees for radians, in which its values are possible."""
+        for name, count, largest in self._found():
+            unit = SIGNALS[name].unit
+            factor = shown(unit)[0]
+            possible = factor > 1.0 and not impossible(name, np.array([largest / factor])).any()
+            if name in names and count > self._spikes and possible:
+                return (wrong_unit((name,), f"{largest:.3g} {unit} is impossible"),)
+        return ()
 
 
 SLOWEST = 40.0
@@ -304,8 +314,6 @@ SLOWEST = 40.0
 Ten minutes of a calibrated demonstrator, whose control runs at 100 Hz, are healthy with targets recorded at 50 Hz; at
 33 Hz the fault-free sensor of the steering torque would be declared for 90 s of them. Sensors may come at 20 Hz.
 """
-
-_PLACES = [ConditionSample._fields.index(name) for name in TARGETS]
 
 
 class TargetPace:
@@ -318,7 +326,7 @@ class TargetPace:
 
     def add(self, values: np.ndarray) -> None:
         """Add the next piece, columns of `ConditionSample`, (n, signals); NaN if missing."""
-        for place, column in enumerate(_PLACES):
+        for place, column in enumerate(_TARGETS):
             there = np.flatnonzero(np.isfinite(values[:, column]))
             apart = np.diff(np.concatenate(([-self._age[place]], there)))
             apart = apart[apart <= LOST * self._rate]

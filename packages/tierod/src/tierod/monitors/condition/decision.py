@@ -115,19 +115,12 @@ class Diagnosis(NamedTuple):
     faulty: Elements  # declared elements
     candidates: Elements  # elements that may be faulty, if several hypotheses explain the samples almost equally well
     testable: Elements  # whether a total loss of each element would be detectable now
-    # standard deviations by which `testable` judges: of each reading less its prediction by the others, and of the lost
-    # share of each actuator's torque
     spread: Elements
     recovering: Elements  # declared elements that have been consistent for the last samples
     gated: Readings  # readings of undeclared sensors that are outliers in this sample
-    # value of every sensor: its reading where it is trusted, otherwise the estimate from the other sensors
     value: Readings
-    # prediction, deviation: prediction of the reading of every sensor before this sample, and the standard deviation of
-    # reading less prediction; for declared sensors without their own readings
     prediction: Readings
     deviation: Readings
-    # torque_loss, loss_deviation: lost share of the declared actuators' torque, the same for two, and its standard
-    # deviation
     torque_loss: Annotated[Scalar, ""]
     loss_deviation: Annotated[Scalar, ""]
     speed: Annotated[Scalar, "m/s"]  # speed, lateral_speed: speed components of the centre of gravity

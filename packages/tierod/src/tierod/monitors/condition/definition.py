@@ -7,16 +7,15 @@ from dataclasses import replace
 from tierod.core.graph import Bank
 from tierod.diagnosis.trouble_codes import TroubleCodes
 from tierod.models.single_track import Wander
-from tierod.monitors import decision as reported
 from tierod.monitors.baseline import Baseline
 from tierod.monitors.condition.decision import Decision, SmallLeads
-from tierod.monitors.condition.judge import ConditionJudge, SpanOfFault
+from tierod.monitors.condition.judge import BANK_DECIDES, ConditionJudge, SpanOfFault
 from tierod.monitors.condition.kinds import KindOfFault
 from tierod.monitors.condition.limits import GAP, MARGIN, MAXIMUM_AGE, has_own_limits, limits_of
 from tierod.monitors.condition.low_grip import OF_SKIDDING, ploughing, skidding, sliding
 from tierod.monitors.condition.reaction import FILTER, FaultReaction, Reconfiguration, substitution_graph
 from tierod.monitors.condition.rolling_filter import RollingFilter
-from tierod.monitors.condition.session import EVIDENCE, Car, ConditionSession
+from tierod.monitors.condition.session import Car, ConditionSession
 from tierod.monitors.condition.signals import (
     ALL_WHEELS,
     ELEMENTS,
@@ -31,7 +30,8 @@ from tierod.monitors.condition.signals import (
 from tierod.monitors.condition.structure import rolls
 from tierod.monitors.condition.vehicle_filter import LeaveOutFilter, prices
 from tierod.monitors.condition.weighing import Limits, Testability, Weighing
-from tierod.monitors.decision import Demonstrated, OwnRule
+from tierod.monitors.condition.wiring import WIRING
+from tierod.monitors.decision import declared
 from tierod.monitors.registry import variants_with_plugins
 from tierod.monitors.session import Monitor, Variant
 from tierod.vehicles import Vehicle
@@ -112,49 +112,7 @@ def rolling_decision(base: RollingFilter, limits: Limits, sample_time: float = 0
 
 PAPER = "Li, Frey, Gauterin, Sensors 23 (2023) 887"
 
-BANK_DECIDES = "fault of a sensor or actuator"  # name of the decision that declares faults
-
-WIRING = reported.Decision(
-    name="wrong wiring, scale or time",
-    distance="correlation, ratio and time shift of signals that measure the same quantity, over the first three "
-    "minutes",
-    rule=OwnRule(
-        "opposite signs, ratio of 1.4, or shift of 0.15 s, in each of three parts; 1.13 and 0.045 s once calibrated",
-        {"scale": 1.4, "late": 0.15},
-    ),
-    place="_wiring",
-    mean_time_between_false_alarms=None,
-    demonstrated=None,
-    source="tierod.monitors.condition.wiring; its limits were chosen on healthy drives of three virtual demonstrators",
-    unit="recording",
-)
-
-BANK_DECISIONS = (
-    reported.Decision(
-        name=BANK_DECIDES,
-        distance="log-likelihood ratio, per sample, of the filter without the suspect, means over 0.05 and 0.5 s",
-        rule=OwnRule(
-            "above the vehicle file's limits and 2 nat above all others, 3 samples in a row, 10 for an actuator, 20 "
-            "for both steering motors",
-            {
-                "samples": 3.0,
-                "samples_of_actuators": 10.0,
-                "samples_of_both_motors": 20.0,
-                "impossible": 12.0,
-                "gate": 6.0,
-                "weighing.limits.gap": 2.0,
-                "weighing.limits.margin": 1.0,
-            },
-        ),
-        place="block.judge.decision",
-        mean_time_between_false_alarms=1000.0,
-        demonstrated=Demonstrated(3.0),
-        source="tierod.monitors.condition.limits, for a vehicle that 'tierod identify thresholds' has calibrated",
-        statistic=EVIDENCE,
-        levels=(2.0,),
-    ),
-    WIRING,
-)
+BANK_DECISIONS = (*declared(ConditionJudge, "block.judge"), *WIRING)
 
 
 _MOTION = (

@@ -71,9 +71,7 @@ class Driven:
     forward: int = 0
     backward: int = 0
     unjudged: dict[str, int] = field(default_factory=dict)  # number of samples that were not judged, by cause
-    # number of samples for which each source supplied the signal, by sensor
     sources: dict[str, dict[str, int]] = field(default_factory=dict)
-    # presence of every element's reading or target, of a possible judgement, and of enough sensors
     absences: dict[str, Absence] = field(default_factory=dict)
     now: str = ""  # cause why the last sample was not judged; "" if it was
     asked: bool = True  # whether the judgement needs the targets
@@ -273,8 +271,9 @@ def acceleration_elements(disagreeing: Mapping[str, Difference]) -> tuple[Elemen
     found = []
     for name, each in disagreeing.items():
         if each.sure:
-            cause = f"it contradicts {MOTION[name]}; the filters do not use it since {each.found:.2f} s"
-            kind = f"deviation of {in_words(each.magnitude, 'm/s**2')} from {MOTION[name]}"
+            same = "stays the same and " if each.still else ""
+            cause = f"it {same}contradicts {MOTION[name]}; the filters do not use it since {each.found:.2f} s"
+            kind = "stuck" if each.still else f"deviation of {in_words(each.magnitude, 'm/s**2')} from {MOTION[name]}"
             episode = Episode(kind, each.start, declared=each.found)
             found.append(Element(name, "sensor", Status.FAULT, cause, (episode,)))
     return tuple(found)

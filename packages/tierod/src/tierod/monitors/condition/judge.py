@@ -33,11 +33,13 @@ from tierod.core.graph.maths import (
     where,
 )
 from tierod.core.statuses import Statement, code_of
+from tierod.monitors import decision as reported
 from tierod.monitors.condition.decision import Decision, DecisionState, Diagnosis
 from tierod.monitors.condition.kinds import LOST_TORQUE, NOISE, Kind, KindOfFault, KindState
-from tierod.monitors.condition.reaction import FaultReaction, Judged, ReactionState
+from tierod.monitors.condition.reaction import EVIDENCE, FaultReaction, Judged, ReactionState
 from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, OF_AUTOMATED, SENSORS, Elements, Statements
 from tierod.monitors.condition.vehicle_filter import LeaveOutFilter
+from tierod.monitors.decision import decides
 from tierod.physics.friction import share_reached
 
 
@@ -253,11 +255,38 @@ class JudgeState(NamedTuple):
     reaction: ReactionState
 
 
+BANK_DECIDES = "fault of a sensor or actuator"  # name of the decision that declares faults
+
+DECLARES = reported.Decision(
+    name=BANK_DECIDES,
+    distance="log-likelihood ratio, per sample, of the filter without the suspect, means over 0.05 and 0.5 s",
+    rule=reported.OwnRule(
+        "above the vehicle file's limits and 2 nat above all others, 3 samples in a row, 10 for an actuator, 20 "
+        "for both steering motors",
+        {
+            "samples": 3.0,
+            "samples_of_actuators": 10.0,
+            "samples_of_both_motors": 20.0,
+            "impossible": 12.0,
+            "gate": 6.0,
+            "weighing.limits.gap": 2.0,
+            "weighing.limits.margin": 1.0,
+        },
+    ),
+    place="",
+    mean_time_between_false_alarms=1000.0,
+    demonstrated=reported.Demonstrated(3.0),
+    source="tierod.monitors.condition.limits, for a vehicle that 'tierod identify thresholds' has calibrated",
+    statistic=EVIDENCE,
+    levels=(2.0,),
+)
+
+
 @dataclass(frozen=True)
 class ConditionJudge:
     """Decision between the hypotheses, kind and magnitude of declared faults, and the reaction to them."""
 
-    decision: Decision  # decision between the hypotheses
+    decision: Decision = field(metadata=decides(DECLARES))  # decision between the hypotheses
     kinds: tuple[KindOfFault, ...]  # classifiers of faults, one for each of `judged`
     reaction: FaultReaction  # substitutes of sensors, and trouble codes
     judged: tuple[str, ...] = OF_AUTOMATED  # sensors that the vehicle has

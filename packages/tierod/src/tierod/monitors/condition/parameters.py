@@ -74,7 +74,6 @@ class Point(NamedTuple):
     """Cost of a set of parameters on the drives, with its derivatives."""
 
     cost: float  # negative log posterior density without its constant [nat]
-    # gradient, information: gradient and Gauss-Newton Hessian of the cost, in units of prior standard deviations
     gradient: np.ndarray
     information: np.ndarray
     scores: list[np.ndarray]  # gradients of every sample, one array per drive

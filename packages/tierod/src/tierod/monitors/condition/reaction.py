@@ -177,6 +177,7 @@ class Reconfiguration:
 LEAST_DOUBT = 0.5
 """Shortest doubt between several elements that is reported [s]; a shorter one usually precedes a verdict."""
 
+EVIDENCE = "evidence_for_a_fault"  # name of the trace with the evidence by which a fault is declared
 NOT_ISOLABLE = "condition-not-isolable"  # trouble code of a fault that is detected but not isolated
 
 CODES = (*(name.replace("_", "-") for name in ELEMENTS), NOT_ISOLABLE)
@@ -194,8 +195,6 @@ class Judged(NamedTuple):
 
     statements: Statements  # statements about every sensor and actuator
     testable: Elements  # whether a fault of each would show now
-    # standard deviation of each reading less its prediction by the others, and of the lost share of each actuator's
-    # torque; 0 where a variant has none
     spread: Elements
     value: Readings  # value of every sensor: its reading where it is trusted, otherwise the estimate from the others
     gated: Readings  # flags of outlying readings that must not be used

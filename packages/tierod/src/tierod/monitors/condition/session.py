@@ -19,7 +19,7 @@ from tierod.methods.detectors.reversing import MIRRORED, TURN_FORWARD, Reversing
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.models.single_track import RollingCar
 from tierod.monitors.condition.accelerations import BOUNDS, AccelerationCheck, TargetCheck
-from tierod.monitors.condition.courses import FAULT, HEALTHY, SUSPECT, ElementCourse, StatementCourse, listed
+from tierod.monitors.condition.courses import FAULT, HEALTHY, SUSPECT, ElementCourse, StatementCourse
 from tierod.monitors.condition.coverage import Constancy, Coverage, ImpossibleValues, Loss, TargetPace, stuck_readings
 from tierod.monitors.condition.elements import (
     AFTER,
@@ -34,8 +34,9 @@ from tierod.monitors.condition.elements import (
     losses,
     mean_speed,
 )
-from tierod.monitors.condition.facts import UNCALIBRATED, Found, verdict_of_drive
+from tierod.monitors.condition.facts import UNCALIBRATED, Found
 from tierod.monitors.condition.kinds import OFFSET
+from tierod.monitors.condition.reaction import EVIDENCE
 from tierod.monitors.condition.rolling_checks import AxleSlip, Slip, SteeringZero, slips_in_words
 from tierod.monitors.condition.signals import (
     ACCELERATIONS,
@@ -48,6 +49,7 @@ from tierod.monitors.condition.signals import (
     TARGETS,
     CarParameters,
     ConditionSample,
+    listed,
 )
 from tierod.monitors.condition.structure import limitations
 from tierod.monitors.condition.wiring import ClockLeap, Problem, Wiring
@@ -55,7 +57,6 @@ from tierod.monitors.session import Conclusion
 from tierod.monitors.stuck import Stuck
 from tierod.vehicles import Vehicle
 
-EVIDENCE = "evidence_for_a_fault"  # name of the trace with the evidence by which a fault is declared
 SLICE = 60_000  # most samples that are judged at once, so that the outputs of a long piece need not all fit into memory
 ALONE = 1.5  # longest time for which an unloaded wheel spins or skids alone [s]: drivers and brake control end it
 SLIPPING = 5.0
@@ -112,7 +113,7 @@ class ConditionSession:
         self._car, whole = car, vehicle.parameters_for(AutomatedVehicle.Parameters) if car is None else None
         p: CarParameters = whole or car.parameters  # type: ignore[union-attr]
         self._wiring = Wiring(p, rate, calibrated)
-        self._leap = ClockLeap(lambda: Wiring(p, rate, calibrated))
+        self._leap = ClockLeap(Wiring(p, rate, calibrated))
         self._coverage = Coverage(rate, asked=car is None)
         self._driven = Driven(1.0 / rate, asked=car is None)
         self._pace = TargetPace(rate) if whole is not None else None
@@ -122,7 +123,7 @@ class ConditionSession:
         self._slip = AxleSlip() if car is not None else None
         wheelbase = p.front_distance + p.rear_distance
         self._reversing = Reversing(rate, p.steering_ratio, wheelbase) if car is not None else None
-        self._impossible, self._accelerations = ImpossibleValues(), AccelerationCheck(p, rate)
+        self._impossible, self._accelerations = ImpossibleValues(rate), AccelerationCheck(p, rate)
         self._read = np.zeros(len(self._measured), bool)
         self.stuck: tuple[Stuck, ...] = ()
         # Driver and road let a coarse steering angle repeat itself for ten seconds, but no noisy yaw rate or wheel.
@@ -265,24 +266,23 @@ class ConditionSession:
         states = elements(self._courses, self._driven, problems, self.graph, lost, self.multiples)
         if not problems:
             states = (*states, *acceleration_elements(disagreeing))
-        verdict = verdict_of_drive(
-            Found(
-                *(self.name, states, self._driven, self.decision, problems, lost, disagreeing, self._not_done()),
-                *(shifted, self._coverage.interruptions, self._notes(bool(problems), slipped)),
-            )
+        found = Found(
+            *(self.name, states, self._driven, self.decision, problems, lost, disagreeing, self._not_done()),
+            *(shifted, self._coverage.interruptions, self._notes(bool(problems), slipped)),
         )
         own = {each.name for each in states if each.name in self.graph.sensors and not each.substitute}
         withheld = tuple(f"{what}{name}" for name in sorted(own) for what in ("supplied_", "deviation_of_supplied_"))
         # Wrong wiring is no fault of an element and must not enter a fault memory.
         courses = {} if problems else code_courses(self._courses, end)
-        return Conclusion(verdict, elements=states, code_courses=courses, withheld=withheld)
+        return Conclusion(found.verdict(), elements=states, code_courses=courses, withheld=withheld)
 
     def _problems(self) -> tuple[Problem, ...]:
         """Wrong wiring, scale or time of signals, and targets that come too rarely."""
         faults = [each for course in self._courses.values() for each in course.episodes(self._driven.end)]
         mirrored = self._reversing is not None and self._reversing.mirrored
         wired = (
-            self._wiring.problems()
+            self._impossible.problems(self._measured)
+            or self._wiring.problems()
             or ((Problem("sign", ("yaw_rate",), MIRRORED, TURN_FORWARD),) if mirrored else ())
             or self._late()
             or self._leap.problems([each for each in faults if not each.candidates])

@@ -5,7 +5,7 @@ checks of recordings have tables of their own."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, product
 from typing import Annotated, Any, NamedTuple, TypeAlias
@@ -142,6 +142,12 @@ def readings_of(sample: ConditionSample) -> Readings:
 
 def readings_by(values: Mapping[str, Scalar], other: Scalar = 0.0) -> Readings:
     return Readings(*(values.get(name, other) for name in SENSORS))
+
+
+def listed(names: Sequence[str], word: str = "and") -> str:
+    """Names of signals in plain words, the last two joined by a word."""
+    plain = [name.replace("_", " ") for name in names]
+    return f" {word} ".join([", ".join(plain[:-1]), plain[-1]] if len(plain) > 1 else plain)
 
 
 HEALTHY = "healthy"  # name of the fault-free hypothesis

@@ -7,11 +7,10 @@ from dataclasses import MISSING, fields
 from typing import Annotated, Any, NamedTuple
 
 from tierod.core.errors import ParameterError, nearest
-from tierod.methods.analysis.structure import Equation, Isolability, StructuralModel, isolability, structure_of
+from tierod.methods.analysis.structure import Equation, StructuralModel, isolability, structure_of
 from tierod.models.automated_vehicle import AutomatedVehicle
 from tierod.models.single_track import RollingCar
-from tierod.monitors.condition.courses import listed
-from tierod.monitors.condition.signals import ACCELERATIONS, MOTORS, OF_AUTOMATED, SENSORS
+from tierod.monitors.condition.signals import ACCELERATIONS, MOTORS, OF_AUTOMATED, SENSORS, listed
 from tierod.vehicles import Vehicle
 
 ERRORS = ("front_force_error", "rear_force_error", "tie_rod_force_error")  # states for errors of the model's forces
@@ -113,37 +112,14 @@ def further_sensors(model: StructuralModel) -> tuple[Equation, ...]:
     return tuple(offered)
 
 
-SHOWN = 3  # largest number of pairs of faults that are named; 'tierod isolability' shows all
-
-
 def limitations(vehicle: Vehicle, missing: Collection[str]) -> tuple[str, ...]:
     """Sentences on faults that are not detectable or not isolable without some sensors."""
     model = vehicle_structure(vehicle, missing)
-    single, pairs = isolability(model), isolability(model, at_once=2)
+    single = isolability(model)
     lack = f"without {listed(sorted(missing))}, " if missing else ""
     unseen, alike = single.undetectable, [group for group in single.groups if len(group) > 1]
     notes = [f"{lack}faults of {listed(unseen)} do not show in any equation"] if unseen else []
     notes += [f"{lack}faults of {listed(group)} are not distinguished from each other" for group in alike]
     if not notes and single.faults:
         notes = [f"{lack}single faults of {listed(single.faults)} are still distinguished by the equations"]
-    return (*notes, *_double(pairs))
-
-
-def _double(pairs: Isolability) -> tuple[str, ...]:
-    """Sentence on pairs of faults that are not isolable from others; empty without such pairs."""
-    both = [name for name in pairs.faults if " + " in name]
-    mixed = [name for name in both if name not in pairs.isolable]
-    if not mixed:
-        return ()
-    named = "; ".join(f"{_plain(name)} look like {_plain(_other(pairs, name))}" for name in mixed[:SHOWN])
-    more = f"; and {len(mixed) - SHOWN} more" if len(mixed) > SHOWN else ""
-    return (f"of {len(both)} pairs of faults {len(mixed)} are not distinguished from others: {named}{more}",)
-
-
-def _other(pairs: Isolability, name: str) -> str:
-    others = pairs.mistaken_for(name)
-    return others[0] if others else "nothing at all"
-
-
-def _plain(name: str) -> str:
-    return listed(name.split(" + "))
+    return tuple(notes)

@@ -297,7 +297,6 @@ class LeaveOutFilter:
     """
 
     vehicle: AutomatedVehicle.Parameters  # parameters of the model
-    # sensor_noise, model_error: standard deviations of the readings, and of the model
     sensor_noise: Measured = SENSOR_NOISE
     model_error: ModelError = field(default_factory=ModelError)
     plausible: Readings = PLAUSIBLE  # widths of the ranges in which failed sensors may read

@@ -10,10 +10,11 @@ from functools import partial
 
 from tierod.core.recording import Recording
 from tierod.monitors.baseline import Baseline
-from tierod.monitors.condition.definition import PAPER, WIRING
-from tierod.monitors.condition.reaction import FaultReaction, Reconfiguration
-from tierod.monitors.condition.session import EVIDENCE, ConditionSession
+from tierod.monitors.condition.definition import PAPER
+from tierod.monitors.condition.reaction import EVIDENCE, FaultReaction, Reconfiguration
+from tierod.monitors.condition.session import ConditionSession
 from tierod.monitors.condition.signals import ConditionSample
+from tierod.monitors.condition.wiring import WIRING
 from tierod.monitors.decision import Decision, OwnRule
 from tierod.monitors.session import Session, Table, Variant
 from tierod.vehicles import Vehicle
@@ -55,7 +56,7 @@ _DECISIONS = (
         statistic=EVIDENCE,
         levels=(1.0,),
     ),
-    WIRING,
+    *WIRING,
 )
 
 
