@@ -9,7 +9,7 @@ from monitors.condition.demonstrator import CAR, circle
 from tierod.core.graph import scan
 from tierod.models.single_track import SingleTrack
 from tierod.monitors.condition.signals import ConditionSample, Measured
-from tierod_lab.papers.condition.rules.filters import AdaptiveSpeed, LostShares, SteeringSignals
+from tierod_lab.papers.condition.rules.filters import AdaptiveSpeed, SteeringSignals
 from tierod_lab.papers.condition.rules.parameters import RESIDUALS, Coefficients
 from tierod_lab.papers.condition.rules.residual_set import Seen, residual_set
 
@@ -117,12 +117,6 @@ def test_a_lost_wheel_is_seen_by_the_means_of_both_and_by_its_own_filter_alone()
     assert all(abs(residuals[name]) > 1.0 for name in ("r7", "r9", "r11", "r13", "r12"))
 
 
-def test_a_positive_offset_gives_a_residual_below_zero_since_it_is_estimate_less_measurement():
-    samples = circle(seconds=8.0)
-    column(samples, "wheel_speed_rear_left")[400:] += 2.0
-    assert last(samples)["r10"] == pytest.approx(-2.0, abs=0.1)
-
-
 def test_misprints_spoil_both_wheels_by_the_yaw_rate_and_make_an_angle_of_nothing():
     tight = circle(radius=5.0, speed=3.0)
     printed, right = last(tight, PRINTED), last(tight)
@@ -170,14 +164,6 @@ def test_a_motor_without_torque_is_reported_by_its_own_target():
     assert (found["motor_1_share"], found["motor_2_share"]) == pytest.approx((1.0, 0.0), abs=0.2)
 
 
-def test_a_jump_of_the_asked_torque_is_not_compared():
-    samples = targeted()
-    column(samples, "steering_motor_1_target_torque")[200:] = 5.0
-    there = scan(BLOCK, samples)["there.r6a"]
-    assert (there[199], there[-1]) == (1.0, 1.0)
-    assert not there[200:202].any()
-
-
 @pytest.mark.parametrize("speed", [4.0, 9.0])
 def test_the_missing_share_of_the_drives_is_what_resistance_slope_and_air_do_not_explain(speed):
     block = residual_set(CAR, Coefficients(inertia=420.0, resistance=60.0, drag=3.0, turning=150.0))
@@ -187,19 +173,6 @@ def test_the_missing_share_of_the_drives_is_what_resistance_slope_and_air_do_not
     given = 420.0 * along + 60.0 + 3.0 * speed**2 + 150.0 * across * atan(BASE / 25.0)
     share = (130.0 - given * CAR.wheel_radius) * 130.0 / (130.0**2 + 8.0**2)  # drawn to zero by the doubt of 8 N m
     assert found["drive_share"] == pytest.approx(share, rel=1e-3)
-
-
-@pytest.mark.parametrize(
-    ("lost", "swing", "found"),
-    [((1.0, 0.0), 0.15, (1.0, 0.0)), ((0.3, 0.7), 0.15, (0.3, 0.7)), ((1.0, 0.0), 0.0, (0.5, 0.5))],
-)
-def test_a_swinging_split_shows_both_shares_and_a_fixed_one_their_sum(lost, swing, found):
-    time = np.arange(300) * 0.01
-    total = 6.0 + 2.0 * np.sin(3.0 * time)
-    split = 0.5 + np.where(time % 0.24 < 0.12, swing, -swing)
-    first, second = split * total, (1.0 - split) * total
-    result = scan(LostShares(0.4, 0.2, 0.01), np.stack([lost[0] * first + lost[1] * second, first, second], axis=1))
-    assert (result["first"][-1], result["second"][-1]) == pytest.approx(found, abs=0.03)
 
 
 def test_angle_rate_and_acceleration_belong_together_and_what_is_missing_is_held():

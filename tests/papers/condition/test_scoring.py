@@ -109,12 +109,6 @@ def test_two_faults_at_once_are_right_partly_right_or_wrong(named, isolated):
     assert [row["hours"] > 0.0 for row in found] == [True, False], "a drive's hours count once"
 
 
-def test_candidates_alone_are_ambiguous():
-    said = between(20.1, 40.0)
-    row = lost(Declared(TIME, {}, candidates={YAW: said, ANGLE: said}))
-    assert (row["isolated"], row["named"], row["not_misled"]) == ("ambiguous", "", 1.0)
-
-
 def test_a_constant_deviation_shows_above_three_standard_deviations():
     there = np.ones(300, bool)
     assert not where_shown(np.full(300, 0.029), there, 0.01).any()

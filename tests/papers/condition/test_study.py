@@ -1,7 +1,6 @@
 """Drives of the demonstrator, odd recordings, and the study's claims on a diagnosis that declares the truth late."""
 
 import math
-from dataclasses import replace
 from itertools import product
 from pathlib import Path
 
@@ -12,9 +11,9 @@ from driven import odd_drives
 from shared_data import shared_data
 from tierod.vehicles import load
 from tierod_lab.papers.condition import datasets, drives, study
-from tierod_lab.papers.condition.drives import ACTUATORS, OFFSET, SENSORS, Drive, Injected, lost, vehicle
+from tierod_lab.papers.condition.drives import ACTUATORS, SENSORS, vehicle
 from tierod_lab.papers.condition.real_cars import CARS, judged
-from tierod_lab.papers.condition.recorded import ODD, UNITS, fault_free, recorded
+from tierod_lab.papers.condition.recorded import ODD, fault_free
 from tierod_lab.papers.condition.scoring import KNOWN, Declared
 from tierod_lab.papers.real_data import DATA
 from tierod_lab.studies.effort import Effort
@@ -35,23 +34,6 @@ def test_the_tests_of_the_paper_are_48_and_9_and_no_calibration_has_seen_the_rou
     assert sum(each.seconds for each in hour) == pytest.approx(3600.0)
     assert sum(each.seconds for each in healthy) == pytest.approx(7200.0)
     assert not {each.course for each in healthy} & {each.course for each in (first, *hour)}
-
-
-def test_a_fault_of_a_sensor_changes_its_channel_alone_and_only_while_it_lasts():
-    healthy = Drive("short-round", 8.0, seed=4)
-    off = replace(healthy, injected=(Injected("yaw_rate", OFFSET, 0.3, 4.0, 6.0),))
-    right, faulty = recorded(healthy), recorded(off)
-    during = (right["yaw_rate"].time >= 4.0) & (right["yaw_rate"].time < 6.0)
-    np.testing.assert_allclose(faulty["yaw_rate"].values - right["yaw_rate"].values, 0.3 * during, atol=1e-6)
-    for name in set(UNITS) - {"yaw_rate"}:
-        np.testing.assert_array_equal(faulty[name].values, right[name].values)
-
-
-def test_a_lost_motor_gives_no_torque_and_the_other_gives_more():
-    made = recorded(Drive("short-round", 12.0, injected=(lost("steering_motor_1", 1.0, 6.0, 12.0),)))
-    after = made["yaw_rate"].time > 6.5
-    assert np.max(np.abs(made["truth_steering_motor_1_torque"].values[after])) < 1e-6
-    assert np.max(np.abs(made["truth_steering_motor_2_torque"].values[after])) > 5.0
 
 
 def test_vehicles_differ_within_their_bands_and_may_change_after_their_calibration():
