@@ -19,7 +19,6 @@ from tierod_lab.papers.motor_angle.observers import (
     q_axis_motor,
     reduced_luenberger,
     reduced_observer,
-    speed_per_load,
 )
 
 P = load("motor-bench").parameters_for(MotorParameters)
@@ -64,20 +63,6 @@ def test_the_reduced_observer_is_eq_32_corrected():
     current = pole * gain + TORQUE / P.motor_inertia + gain * P.motor_resistance / P.motor_inductance
     np.testing.assert_allclose(found.B[0], [-gain / P.motor_inductance, current], rtol=1e-12)
     np.testing.assert_allclose([found.A[0, 0], *found.D[0]], [pole, 0.0, gain], rtol=1e-12)
-
-
-def test_an_unknown_load_errs_as_the_closed_forms_say_and_as_a_state_it_does_not():
-    found = full_observer(MOTOR, (-600.0, -700.0))
-    first, second = found.B[:, 1]
-    closed = -1.0 / (
-        P.motor_damping + EMF * (TORQUE - P.motor_inertia * second) / (P.motor_resistance + P.motor_inductance * first)
-    )
-    assert speed_per_load(found, MOTOR, P) == pytest.approx(closed, rel=1e-9)
-    assert closed == pytest.approx(-25.7, abs=0.05)
-    reduced = speed_per_load(reduced_observer(MOTOR, (-300.0,)), MOTOR, P)
-    assert reduced == pytest.approx(1.0 / (P.motor_inertia * -300.0), rel=1e-9)
-    assert speed_per_load(full_observer(LOADED, (-600.0, -700.0, -300.0)), MOTOR, P) == pytest.approx(0.0, abs=1e-9)
-    assert speed_per_load(reduced_observer(LOADED, (-300.0, -200.0)), MOTOR, P) == pytest.approx(0.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("make", [luenberger, reduced_luenberger, extended_kalman])

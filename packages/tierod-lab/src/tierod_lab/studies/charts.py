@@ -21,7 +21,6 @@ def chart(
     every: int = 1,
     dashed: Collection[str] = (),
     marks: Collection[Mark] = (),
-    uprights: tuple[tuple[str, float], ...] = (),
     logarithmic_along: bool = False,
 ) -> Chart:
     """A chart of curves.
@@ -33,11 +32,10 @@ def chart(
         every: decimation of the curves
         dashed: names of the curves that are dashed
         marks: bands and points that are added to the first field
-        uprights: instants that are marked in all fields, by name
     """
     panels = []
     for number, ((head, unit), curves) in enumerate(fields.items()):
         lines = [Lines(label, x[::every], y[::every], label in dashed) for label, (x, y) in curves.items()]
         shown = (*lines, *(marks if number == 0 else ()))
-        panels.append(Panel(head, along, unit, shown, uprights=uprights, logarithmic_along=logarithmic_along))
+        panels.append(Panel(head, along, unit, shown, logarithmic_along=logarithmic_along))
     return Chart(name, title, note, said, tuple(panels))

@@ -92,25 +92,22 @@ class PrintedObserver:
     Sample = ColumnSample
 
     @classmethod
-    def of_column(
-        cls, parameters: ColumnParameters, column: str, sample_time: float = 1e-3, noises: ColumnTuning = NOISES
-    ) -> PrintedObserver:
+    def of_column(cls, parameters: ColumnParameters, column: str, sample_time: float = 1e-3) -> PrintedObserver:
         """An observer of a column with gear.
 
         Args:
             column: one of `COLUMNS`
             sample_time: sampling interval [s]
-            noises: walks of both torques, noises of the sensors
         """
         system = reduced(parameters, column)
         observed = observed_column(system, sample_time, 1, 1)
         require_fit(observed.continuous, f"the column ({column})", sample_time)
         walks = {
-            "hand_torque": noises.hand_torque_walk**2 * sample_time,
-            "disturbance_torque": noises.disturbance_torque_walk**2 * sample_time,
+            "hand_torque": NOISES.hand_torque_walk**2 * sample_time,
+            "disturbance_torque": NOISES.disturbance_torque_walk**2 * sample_time,
         }
         process = [walks.get(name, 0.0) for name in observed.discrete.states]
-        found = stationary_gain(observed.discrete, process, noises.variances())
+        found = stationary_gain(observed.discrete, process, NOISES.variances())
         gain = tuple(tuple(map(float, row)) for row in found.filter)
         n = len(process)
         filter_ = StationaryFilter(

@@ -9,13 +9,12 @@ import numpy as np
 
 from tierod.core.block import Block
 from tierod.core.content import Chart, Item
-from tierod.core.graph import scan
 from tierod.models.column_observation import linear_column
 from tierod.models.steering_column import SteeringColumn
 from tierod.vehicles import load
 from tierod_lab.papers.column import hand_datasets as hands
 from tierod_lab.papers.column import model_datasets as models
-from tierod_lab.papers.column.benches import HANDS, STEP, samples, swept
+from tierod_lab.papers.column.benches import HANDS, STEP
 from tierod_lab.papers.column.columns import SETS, gain_of_bar, reduced_columns
 from tierod_lab.papers.column.hand_datasets import BEGIN, Held, Natural, Run
 from tierod_lab.papers.column.model_datasets import Excitation, decibels
@@ -106,7 +105,7 @@ DATASETS = (
 
 
 def charts(frames: Mapping[str, Frame], effort: Effort) -> Iterator[Chart]:
-    """The paper's Figures 5, 7 and 10, and a pull during the sweep."""
+    """The paper's Figures 5, 7 and 10."""
     frequency = np.geomspace(0.5, 300.0, 400)
     systems = {"whole column": linear_column(SteeringColumn, SETS["S1"]), **reduced_columns(SETS["S1"])}
     gains = {name: (frequency, decibels(gain_of_bar(each, frequency))) for name, each in systems.items()}
@@ -134,21 +133,6 @@ def charts(frames: Mapping[str, Frame], effort: Effort) -> Iterator[Chart]:
         along="frequency (Hz)",
         dashed=("linear column",),
         logarithmic_along=True,
-    )
-    drive = swept("steps", 40.0, SEEDS.of("observers on the bench", 1)[0])
-    part = np.flatnonzero((drive["time"] > 21.0) & (drive["time"] < 29.0))
-    pull = {
-        name: (drive["time"][part], scan(hands.observers()[name], samples(drive))["hand_torque"][part])
-        for name in ("paper: series spring", "paper: balanced", "default")
-    }
-    yield chart(
-        "column-hand-torque",
-        "A pull of 2 N·m during the sweep",
-        "Torque of the hands as estimated by two observers of the paper and by the default.",
-        "The torque rises to 2 N·m and back, with noise of 0.1 N·m for the paper's observers and little for tierod's.",
-        {("", "torque (N·m)"): {**pull, "true": (drive["time"][part], drive["hand_torque"][part])}},
-        every=5,
-        dashed=("true",),
     )
     done = hands.sweep(hands.loops()["printed, mechanical"], 1, effort.quick)
     yield chart(

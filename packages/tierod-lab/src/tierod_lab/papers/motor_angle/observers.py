@@ -171,21 +171,6 @@ def reduced_observer(motor: LinearSystem, poles: Sequence[complex]) -> LinearSys
     return LinearSystem(A, np.hstack([voltage, current]), np.eye(len(estimated)), D, estimated, INPUTS, estimated)
 
 
-def speed_per_load(observer: LinearSystem, motor: LinearSystem, p: MotorParameters) -> float:
-    """Steady-state error of the speed, true less estimated, per unknown load [rad/s per N*m].
-
-    Args:
-        motor: the true motor, from `q_axis_motor` without load
-
-    Source: final value of (24); without load -1/(b + c_M (K_t - J k_2)/(R + L k_1)) for the full observer and 1/(J p)
-    for the reduced one.
-    """
-    steady = np.linalg.solve(motor.A, np.array([[0.0], [1.0 / p.motor_inertia]]))
-    fed = np.array([[0.0], [steady[0, 0]]])
-    estimate = observer.D @ fed - observer.C @ np.linalg.solve(observer.A, observer.B @ fed)
-    return float(steady[1, 0] - estimate[0, 0])
-
-
 class LinearMemory(NamedTuple):
     """States of the observer, its last estimates, and the current of the last sample."""
 

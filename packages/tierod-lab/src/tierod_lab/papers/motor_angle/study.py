@@ -12,7 +12,6 @@ from tierod.core.content import Chart, Item
 from tierod.vehicles import load
 from tierod_lab.papers.motor_angle import monitor_datasets as monitor
 from tierod_lab.papers.motor_angle import observer_datasets as observers
-from tierod_lab.papers.motor_angle.bench import STUCK, drift, offset
 from tierod_lab.papers.motor_angle.monitor_datasets import AngleCase
 from tierod_lab.papers.motor_angle.observer_datasets import COLD, FAST, HELD, HOT, RAMP, CarDrive, Case
 from tierod_lab.papers.seeds import ReportedSeeds
@@ -125,7 +124,7 @@ DATASETS = (
 
 
 def charts(frames: Mapping[str, Frame], effort: Effort) -> Iterator[Chart]:
-    """The paper's Figures 4 to 7, and delays of detection."""
+    """The paper's Figures 4 to 7."""
     for number, (name, title, span) in enumerate(
         (
             ("slalom", "Slalom (Figure 4)", None),
@@ -144,14 +143,6 @@ def charts(frames: Mapping[str, Frame], effort: Effort) -> Iterator[Chart]:
             {("", "error of the angle (rad)"): _errors(seen, span)},
             every=4,
         )
-    yield chart(
-        "motor-angle-delays",
-        "Share of faults that are found, over the delay",
-        "Delays count the time in which the motor turns; a drift counts from when it has reached five degrees.",
-        "Curves of the share of faults found over the delay, for offsets, a drift and a stuck sensor.",
-        {("", "share found"): _shares(frames["faults"])},
-        along="delay (ms of turning)",
-    )
 
 
 def _errors(seen: CarDrive, span: tuple[float, float] | None) -> Curves:
@@ -159,16 +150,6 @@ def _errors(seen: CarDrive, span: tuple[float, float] | None) -> Curves:
     part = (seen.time >= low) & (seen.time <= high)
     away = {name: seen.error(each)[part] for name, each in observers.methods(observers.CAR).items()}
     return {name: (seen.time[part], each - (each[0] if span else 0.0)) for name, each in away.items()}
-
-
-def _shares(faults: Frame) -> Curves:
-    found = {}
-    for fault in (offset(5.0), offset(10.0), drift(20.0), STUCK):
-        values = np.sort(faults.where({"fault": fault.name})["turning"])
-        kept = values[np.isfinite(values)]
-        shares = np.arange(1, len(kept) + 1) / max(len(values), 1)
-        found[fault.name] = (np.repeat(kept, 2), np.repeat(np.r_[0.0, shares], 2)[1:-1])
-    return found
 
 
 def items(effort: Effort, progress: Progress) -> Iterator[Item | Frame]:

@@ -181,18 +181,6 @@ PEAK = 0.98
 TURNING = 15.0  # Time at which a ramp begins to steer [s]
 
 
-@dataclass(frozen=True)
-class Ramp:
-    """One ramp with the estimate, the true share of the largest front force, and times of its peak and warning [s]."""
-
-    drive: Driven
-    result: Result
-    share: np.ndarray
-    peak: float
-    announced: float
-
-
-@cache
 def _slippery(name: str, seed: int) -> Driven:
     angle, rate = (math.radians(each) for each in RAMPS[name])
     slippery = (Adhesion(window=_later(10.0), left=0.35, right=0.35),)
@@ -200,19 +188,12 @@ def _slippery(name: str, seed: int) -> Driven:
     return driven(course, seed)
 
 
-def ramp(name: str, seed: int, readings: str = WITH) -> Ramp:
-    """Straight on a dry road, then a ramp of `RAMPS` on a slippery one until the front axle slides."""
-    drive = _slippery(name, seed)
-    return against_the_peak(drive, estimated(drive, readings))
-
-
-def against_the_peak(drive: Driven, result: Result) -> Ramp:
-    """The ramp with its peak and the announcement of it."""
-    force = np.abs(drive.truth("front_lateral_force"))
-    share = force / force.max()
+def against_the_peak(drive: Driven, result: Result) -> tuple[float, float]:
+    """Times at which the front force has its peak, and at which that was announced [s]."""
+    share = np.abs(drive.truth("front_lateral_force"))
     ahead = (result["limit_ahead"] > 0.5) & (drive.time > TURNING)
     announced = float(drive.time[np.argmax(ahead)]) if ahead.any() else math.inf
-    return Ramp(drive, result, share, float(drive.time[np.argmax(share > PEAK)]), announced)
+    return float(drive.time[np.argmax(share > PEAK * share.max())]), announced
 
 
 def ramps(task: tuple[str, int]) -> list[Row]:
@@ -223,13 +204,13 @@ def ramps(task: tuple[str, int]) -> list[Row]:
     greatest force that it expects, with a standard deviation to spare.
     """
     name, seed = task
-    rows: list[Row] = []
+    drive, rows = _slippery(name, seed), list[Row]()
     for readings in (WITH, WITHOUT_TORQUE):
-        found = ramp(name, seed, readings)
-        away = found.result["sideslip_angle"] - found.drive.truth("sideslip_angle")
-        way = (found.drive.time > TURNING) & (found.drive.time <= found.peak)
-        lead, error = found.peak - found.announced, math.degrees(rms(away[way]))
-        rows.append({"ramp": name, "readings": readings, "lead": lead, "error": error})
+        result = estimated(drive, readings)
+        peak, announced = against_the_peak(drive, result)
+        away = (result["sideslip_angle"] - drive.truth("sideslip_angle"))[(drive.time > TURNING) & (drive.time <= peak)]
+        error = math.degrees(rms(away))
+        rows.append({"ramp": name, "readings": readings, "lead": peak - announced, "error": error})
     return rows
 
 

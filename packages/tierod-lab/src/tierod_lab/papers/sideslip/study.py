@@ -17,7 +17,7 @@ from tierod_lab.papers.sideslip import combined_datasets as combined
 from tierod_lab.papers.sideslip import observer_datasets as observers
 from tierod_lab.papers.sideslip import real_datasets as real
 from tierod_lab.papers.sideslip.calibration import beside_truth
-from tierod_lab.papers.sideslip.combined_datasets import SHOWN, TURNING
+from tierod_lab.papers.sideslip.combined_datasets import SHOWN
 from tierod_lab.papers.sideslip.drives import (
     CARS,
     OBSERVERS,
@@ -114,7 +114,7 @@ LAP = (253.3, 349.9)  # Start and end of the second lap [s]; the curvature of th
 
 
 def charts(frames: Mapping[str, Frame], effort: Effort) -> Iterator[Chart]:
-    """The paper's Figures 6 to 10, a peak announced, a lap of a race; drives are simulated once more."""
+    """The paper's Figures 6 to 10, and a lap of a race; drives are simulated once more."""
     p, drive = matched("virtual car", SLOW), observers.paper_test(SEEDS.of("the test of the paper", 1)[0])
     found = {
         name: observed(OBSERVERS[name](p, 1.0 / RATE), drive) for name in (observers.CONVENTIONAL, observers.TWO_STAGE)
@@ -146,7 +146,6 @@ def charts(frames: Mapping[str, Frame], effort: Effort) -> Iterator[Chart]:
         every=25,
         dashed=("estimated", "eq (3) from the true motion"),
     )
-    yield _low_friction(SEEDS.of("ramps to the limit of grip", 1)[0])
     if (laps := real.RACE.recording()) is not None:
         seen = beside_truth(laps, load(real.RACE.vehicle))
         part = (seen.time >= LAP[0]) & (seen.time < LAP[1])
@@ -177,28 +176,6 @@ def _motion(drive: Driven, result: Result, model: np.ndarray) -> Mapping[tuple[s
         ("sideslip angle", "angle (deg)"): both("truth", sideslip, "sideslip_angle", linear_model=model),
         ("yaw rate", "rate (deg/s)"): both("measured", signals["yaw_rate"], "estimated_yaw_rate"),
     }
-
-
-def _low_friction(seed: int) -> Chart:
-    shown = combined.ramp(SHOWN, seed)
-    kept = (shown.drive.time > TURNING - 2.0) & (shown.drive.time < shown.peak + 2.0)
-    time = shown.drive.time[kept]
-    used, deviation = (shown.result[f"front_friction_used{each}"][kept] for each in ("", "_deviation"))
-    share = {"true": (time, shown.share[kept]), "estimated": (time, used)}
-    angles = {"true": shown.drive.truth("sideslip_angle"), "estimated": shown.result["sideslip_angle"]}
-    return chart(
-        "low-friction",
-        "The peak announced",
-        "Road friction 0.35. Upper field: share of the greatest front force in use, true and estimated with one "
-        "standard deviation. Lower field: the sideslip angle.",
-        f"The announcement comes {shown.peak - shown.announced:.1f} s before the peak.",
-        {
-            ("Front axle", "share of the greatest force"): share,
-            ("Sideslip", "angle (deg)"): {name: (time, np.degrees(each[kept])) for name, each in angles.items()},
-        },
-        marks=(Band("estimated", time, used - deviation, used + deviation),),
-        uprights=(("announced", shown.announced), ("peak", shown.peak)),
-    )
 
 
 def items(effort: Effort, progress: Progress) -> Iterator[Item | Frame]:
