@@ -19,6 +19,7 @@ from tierod.physics.steering import (
     weight_lever,
     weight_torque,
 )
+from tierod_lab.papers.friction.joint_model import yaw_acceleration_from_aligning
 from tierod_lab.papers.friction.variance_method import aligning_torque_from_steer
 
 MASS, INERTIA, FRONT, REAR, TRAIL = 1600.0, 2800.0, 1.14, 1.69, 0.05
@@ -42,7 +43,7 @@ def test_three_roads_to_the_aligning_torque_meet(angle, sideslip, yaw_rate, spee
     from_steer = aligning_torque_from_steer(angle, lateral, yaw_rate, speed, **car)
     assert from_steer == pytest.approx(TRAIL * front, abs=1e-6)
     assert aligning.front_force_from_motion(lateral, yaw_acceleration, **BODY) == pytest.approx(front, abs=1e-5)
-    again = aligning.yaw_acceleration_from_aligning(TRAIL * front, lateral, trail=TRAIL, **BODY)
+    again = yaw_acceleration_from_aligning(TRAIL * front, lateral, trail=TRAIL, **BODY)
     assert again == pytest.approx(yaw_acceleration, abs=1e-8)
 
 

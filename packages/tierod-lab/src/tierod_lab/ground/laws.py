@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tierod.core.block import Scalar
-from tierod.core.graph.maths import absolute, exp, maximum, power, sign, sqrt, where
+from tierod.core.graph.maths import absolute, exp, maximum, power, sign, sqrt, tanh, where
 from tierod.physics.motor import Direction, RotorVector, StatorVector, Vector, inverse_park, park
 
 
@@ -190,3 +190,11 @@ def steady_road_wheel_angle(curvature: Scalar, speed: Scalar, wheelbase: Scalar,
     `understeer_gradient` [rad*s**2/m].
     """
     return (wheelbase + gradient * speed * speed) * curvature
+
+
+def smooth_coulomb(rate: Scalar, level: Scalar, width: Scalar) -> Scalar:
+    """Dry friction torque [N*m] smoothed by a hyperbolic tangent, so that it has a derivative.
+
+    Validity: rates well above the width; creeps at standstill.
+    """
+    return level * tanh(rate / width)

@@ -16,7 +16,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from tierod.core.block import Scalar
-from tierod.core.graph.maths import Number, absolute, exp, expm1, maximum, power, sign, sqrt, tanh, where
+from tierod.core.graph.maths import Number, absolute, exp, expm1, maximum, power, sign, sqrt, where
 
 # Shortest time constant of a lag [s]: a shorter one is replaced by it, so that nothing is divided by zero. It is far
 # below a sampling interval.
@@ -89,14 +89,6 @@ def damped_rotation(inertia: Scalar, damping: Scalar, time: Scalar) -> DampedRot
     rate_per_torque = (1.0 - kept) / damping
     path = inertia * rate_per_torque
     return DampedRotation(kept, path, rate_per_torque, (time - path) / damping)
-
-
-def smooth_coulomb(rate: Scalar, level: Scalar, width: Scalar) -> Scalar:
-    """Dry friction torque [N*m] smoothed by a hyperbolic tangent, so that it has a derivative.
-
-    Validity: rates well above the width; creeps at standstill.
-    """
-    return level * tanh(rate / width)
 
 
 def viscous(rate: Number, damping: Scalar) -> Number:

@@ -215,25 +215,6 @@ def force_across_wheels(lateral_force: Scalar, longitudinal_force: Scalar, steer
     return cos(steer) * lateral_force - sin(steer) * longitudinal_force
 
 
-def yaw_acceleration_from_aligning(
-    self_aligning_torque: Scalar,
-    lateral_acceleration: Scalar,
-    *,
-    mass: Scalar,
-    yaw_inertia: Scalar,
-    front_distance: Scalar,
-    rear_distance: Scalar,
-    trail: Scalar,
-) -> Scalar:
-    """Yaw acceleration [rad/s**2] from the self-aligning torque: eq (4) solved for the yaw acceleration.
-
-    Source: Mohtat et al., third row of eq (7): psi'' = (L/(lp Iz)) Mz - (Lr m/Iz) ay.
-    """
-    wheelbase = front_distance + rear_distance
-    front_moment = wheelbase / trail * self_aligning_torque
-    return (front_moment - rear_distance * mass * lateral_acceleration) / yaw_inertia
-
-
 def weight_lever(scrub_radius: Scalar, inclination: Scalar, wheel_radius: Scalar) -> Scalar:
     """Lever [m] of the wheel load in the self-centring torque about the kingpin.
 

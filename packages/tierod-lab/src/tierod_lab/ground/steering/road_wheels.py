@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
 from tierod.core.block import Scalar
-from tierod.physics.friction import smooth_coulomb, viscous
+from tierod.physics.friction import viscous
+from tierod_lab.ground.laws import smooth_coulomb
 
 
 class SteerByWire:

@@ -8,8 +8,9 @@ from typing import Annotated, Any, NamedTuple
 from tierod.core.block import Scalar
 from tierod.core.graph.maths import Number, exp
 from tierod.models.steering_column import FrictionParameters
-from tierod.physics.friction import share_reached, smooth_coulomb
-from tierod.physics.steering import column_torque_of_motor, torque_at_steering_wheel, yaw_acceleration_from_aligning
+from tierod.physics.friction import share_reached
+from tierod.physics.steering import column_torque_of_motor, torque_at_steering_wheel
+from tierod_lab.ground.laws import smooth_coulomb
 
 
 def driving_torque(driver_torque: Number, motor_torque: Number, self_aligning_torque: Number, p: Any) -> Number:
@@ -162,3 +163,22 @@ def state_after(
         x.self_aligning_torque,
         x.friction_torque,
     )
+
+
+def yaw_acceleration_from_aligning(
+    self_aligning_torque: Scalar,
+    lateral_acceleration: Scalar,
+    *,
+    mass: Scalar,
+    yaw_inertia: Scalar,
+    front_distance: Scalar,
+    rear_distance: Scalar,
+    trail: Scalar,
+) -> Scalar:
+    """Yaw acceleration [rad/s**2] from the self-aligning torque: eq (4) solved for the yaw acceleration.
+
+    Source: Mohtat et al., third row of eq (7): psi'' = (L/(lp Iz)) Mz - (Lr m/Iz) ay.
+    """
+    wheelbase = front_distance + rear_distance
+    front_moment = wheelbase / trail * self_aligning_torque
+    return (front_moment - rear_distance * mass * lateral_acceleration) / yaw_inertia

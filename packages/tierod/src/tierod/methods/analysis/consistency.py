@@ -1,4 +1,4 @@
-"""Noise on a signal, and consistency of a filter: NIS, whiteness, and their bands."""
+"""Noise on a signal, and consistency of a filter: NIS and its bands."""
 
 from __future__ import annotations
 
@@ -9,9 +9,6 @@ from functools import lru_cache
 from statistics import NormalDist
 
 import numpy as np
-
-from tierod.core.errors import InputError
-from tierod.core.graph import Result
 
 # Smallest number of third differences for the standard deviation of a noise, which they give within a tenth
 LEAST = 100
@@ -154,56 +151,23 @@ class Consistency:
     nis: float  # mean NIS per measurement; 1 is consistent, above is overconfident, below conservative
     # share of samples with NIS above the 95 % quantile of its chi-square distribution; 0.05 is consistent
     outside: float
-    whiteness: float  # largest autocorrelation of the normalised innovations over lags and outputs
-    whiteness_band: float  # its 95 % limit for white innovations
-    lags: np.ndarray  # autocorrelation, (outputs, lags)
 
     @property
     def nis_band(self) -> tuple[float, float]:
         """95 % band for `nis` of a consistent filter."""
         return mean_band(self.measurements)
 
-    @property
-    def consistent(self) -> bool | None:
-        """Whether mean NIS lies in its band; None without measurements."""
-        if not self.measurements:
-            return None
-        return self.nis_band[0] <= self.nis <= self.nis_band[1]
-
-    @property
-    def white(self) -> bool | None:
-        """Whether the innovations are white at every lag; None without innovations."""
-        return None if math.isnan(self.whiteness) else self.whiteness <= self.whiteness_band
-
 
 class ConsistencyAccumulator:
-    """Consistency of a run that arrives in chunks, with constant memory.
+    """Consistency of a run that arrives in chunks of consecutive samples, with constant memory."""
 
-    `add` takes arrays of consecutive samples, in order; `result` may be called at any time.
-    """
-
-    def __init__(self, lags: int = 20):
-        self.lag_count = lags
+    def __init__(self) -> None:
         self.samples = self.measurements = self.above = 0
         self.nis_sum = 0.0
-        self._tail: np.ndarray | None = None
-        self._square = self._count = self._pairs = self._products = np.zeros(0)
 
-    def add(
-        self,
-        nis: np.ndarray,
-        present: np.ndarray,
-        innovation: np.ndarray | None = None,
-        variance: np.ndarray | None = None,
-    ) -> None:
-        """Add a chunk of a filter's estimate.
-
-        Args: nis, present: fields of the estimate over time, (n,); innovation, variance: its `innovation` and
-        `innovation_variance`, (n, outputs); NaN where missing.
-        """
+    def add(self, nis: np.ndarray, present: np.ndarray) -> None:
+        """Add these fields of a filter's estimate over time, (n,)."""
         nis, present = np.asarray(nis, float), np.asarray(present, float)
-        if nis.shape != present.shape or nis.ndim != 1:
-            raise InputError(f"nis has the shape {nis.shape} and present {present.shape}; expected (n,) for both")
         used = (present > 0.5) & np.isfinite(nis)
         degrees = present[used]
         self.samples += int(used.sum())
@@ -211,78 +175,15 @@ class ConsistencyAccumulator:
         self.nis_sum += float(nis[used].sum())
         limits = {number: chi_square_quantile(CONFIDENCE, number) for number in np.unique(degrees).tolist()}
         self.above += int(sum((nis[used][degrees == number] > limit).sum() for number, limit in limits.items()))
-        if innovation is not None and variance is not None:
-            self._add_innovations(np.asarray(innovation, float), np.asarray(variance, float), len(nis))
 
     def result(self) -> Consistency:
         """The figures of all chunks so far."""
-        lags = self._autocorrelation()
-        seen = np.isfinite(lags)
-        pairs = self._pairs[seen] if seen.any() else np.zeros(0)
         return Consistency(
             self.samples,
             self.measurements,
             self.nis_sum / self.measurements if self.measurements else math.nan,
             self.above / self.samples if self.samples else math.nan,
-            float(np.abs(lags[seen]).max()) if seen.any() else math.nan,
-            _whiteness_limit(pairs),
-            lags,
         )
-
-    def _add_innovations(self, innovation: np.ndarray, variance: np.ndarray, length: int) -> None:
-        if innovation.shape != variance.shape or innovation.ndim != 2 or len(innovation) != length:
-            raise InputError(
-                f"innovation has the shape {innovation.shape} and its variance {variance.shape}; "
-                f"expected ({length}, outputs) for both"
-            )
-        with np.errstate(invalid="ignore", divide="ignore"):
-            normal = innovation / np.sqrt(variance)
-        outputs, lags = normal.shape[1], self.lag_count
-        if self._tail is None:
-            self._tail = np.zeros((2, outputs, lags))
-            self._square, self._count = np.zeros(outputs), np.zeros(outputs)
-            self._products, self._pairs = np.zeros((outputs, lags)), np.zeros((outputs, lags))
-        there = np.isfinite(normal.T)
-        new = np.stack([np.where(there, normal.T, 0.0), there.astype(float)])
-        joined = np.concatenate([self._tail, new], axis=2)
-        for k in range(outputs):
-            value, known = joined[:, k]
-            self._square[k] += _dot(value[lags:], value[lags:])
-            self._count[k] += known[lags:].sum()
-            for lag in range(1, lags + 1):
-                self._products[k, lag - 1] += _dot(value[lags:], value[lags - lag : len(value) - lag])
-                self._pairs[k, lag - 1] += _dot(known[lags:], known[lags - lag : len(known) - lag])
-        self._tail = joined[:, :, joined.shape[2] - lags :].copy()
-
-    def _autocorrelation(self) -> np.ndarray:
-        if self._tail is None:
-            return np.zeros((0, self.lag_count))
-        with np.errstate(invalid="ignore", divide="ignore"):
-            power = self._square / self._count
-            return np.where(self._pairs > 0.0, self._products / self._pairs / power[:, None], np.nan)
-
-
-def _dot(a: np.ndarray, b: np.ndarray) -> float:
-    return float(np.einsum("i,i->", a, b))
-
-
-def _whiteness_limit(pairs: np.ndarray) -> float:
-    """Limit for the largest of several autocorrelations of white noise (Bonferroni), 95 %."""
-    from statistics import NormalDist
-
-    if not len(pairs):
-        return math.nan
-    return NormalDist().inv_cdf(1.0 - (1.0 - CONFIDENCE) / (2.0 * len(pairs))) / math.sqrt(pairs.min())
-
-
-def consistency(result: Result) -> Consistency:
-    """Consistency of a whole run of a filter."""
-    accumulator = ConsistencyAccumulator()
-    names = [name for name in result.names if name.startswith("innovation.")]
-    spreads = [name.replace("innovation.", "innovation_variance.", 1) for name in names]
-    columns = [np.column_stack([result[name] for name in group]) for group in (names, spreads)]
-    accumulator.add(result["nis"], result["present"], *columns)
-    return accumulator.result()
 
 
 def nis_figures(found: Consistency, wide: bool = False) -> dict[str, float]:

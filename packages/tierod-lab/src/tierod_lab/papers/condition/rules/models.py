@@ -12,9 +12,8 @@ from tierod.core.graph.trace import jacobian
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.models.linear import sampled_model
 from tierod.models.single_track import SingleTrack
-from tierod.physics.friction import smooth_coulomb
 from tierod.physics.steering import column_balance
-from tierod_lab.ground.laws import lash_torque
+from tierod_lab.ground.laws import lash_torque, smooth_coulomb
 from tierod_lab.methods.unscented import UnscentedFilter
 
 Rows = list[list[Scalar]]
