@@ -54,14 +54,6 @@ def test_damping_that_is_not_taken_off_shows_as_friction():
     assert without.friction_torque - with_damping.friction_torque == pytest.approx(viscous, rel=1e-6)
 
 
-def test_the_profile_shows_a_tight_spot():
-    angle, rate = turn()["steering_wheel_angle"].values, turn()["steering_wheel_rate"].values
-    tight = np.where(np.abs(angle - 3.0) < 1.0, 2.0, 0.0) * np.sign(rate)
-    found = METHOD.identify(changed(turn(), driver_torque=lambda t, v: (t, v + tight)), "hoist")
-    at = np.interp([-3.0, 3.0], found.profile_angle, found.profile_friction)
-    assert at[1] - at[0] == pytest.approx(2.0, abs=0.2)
-
-
 def every(change):
     return dict.fromkeys(turn().names, change)
 

@@ -48,9 +48,6 @@ class HysteresisFriction:
     # viscous torque
     angle: np.ndarray
     torque: np.ndarray
-    # profile_angle, profile_friction: half width of the loop over the angle [rad], [N m]; NaN where not traversed
-    profile_angle: np.ndarray
-    profile_friction: np.ndarray
 
     @property
     def estimate(self) -> Estimate:
@@ -261,7 +258,6 @@ class HysteresisIdentification:
             * float(np.mean([len(loop.turning_points) / b.path for loop, b in zip(loops, balances, strict=True)]))
         )
         independent = math.hypot(float(closing), scatter, lost, *(each.friction_deviation for each in noises))
-        grid, profile = lock_to_lock.half_width(angle, torque, corners)
         return HysteresisFriction(
             support=support,
             friction_torque=mean_friction,
@@ -274,8 +270,6 @@ class HysteresisIdentification:
             pre_sliding=reversed_at,
             angle=angle,
             torque=torque,
-            profile_angle=grid,
-            profile_friction=profile,
         )
 
 

@@ -152,84 +152,43 @@ class Motion(NamedTuple):
 
 @dataclass(frozen=True)
 class WorkBalance:
-    """The terms of eq (16) over one closed loop, and eq (17) for the loop and for each direction."""
+    """Friction over one closed loop, eq (17)."""
 
-    start: float  # start, stop: times of the loop [s]
-    stop: float
-    driver_work: float  # driver_work, motor_work, kinetic_energy, viscous_work: terms of eq (15) [J]
-    motor_work: float
-    kinetic_energy: float
-    viscous_work: float
     path: float  # integral of |d angle| [rad]
     friction_torque: float  # eq (17) [N m]
-    # friction_towards_left, friction_towards_right: mean resisting torque of the strokes in one direction [N m]; for
-    # locks symmetrical about the centre they differ by twice the offset of the torque sensor
-    friction_towards_left: float
-    friction_towards_right: float
     mean_rate: float  # viscous work over path and damping, the mean rate for damping [rad/s]
     gap: float  # difference of the angles at both ends [rad]
     torque_range: float  # largest less smallest torque [N m]
 
 
 def work_balance(loop: Loop, motion: Motion, inertia: float, damping: float) -> WorkBalance:
-    """The terms of eqs (15) to (17), by strokes, so that noise of the angle does not lengthen the path.
+    """Eqs (15) to (17), by strokes, so that noise of the angle does not lengthen the path.
 
     Noise of the angle is independent of the torques and leaves their work unbiased. A rate derived from the angle
-    shares its noise, so the viscous work is taken over the smoothed angle.
-
-    Args: motion: signals, without NaN; inertia: J_eq at the steering wheel axis, below the bar [kg m^2]; damping: B_eq
-    at the steering wheel axis, below the bar [N m s/rad].
+    shares its noise, so the viscous work is taken over the smoothed angle. Inertia [kg m^2] and damping [N m s/rad] are
+    those below the bar, at the steering wheel axis.
     """
-    time, angle, course, rate, driver, motor = motion
-    total = driver + motor - damping * rate
+    _, angle, course, rate, driver, motor = motion
     kinetic = 0.5 * inertia * rate**2
-    sides: dict[bool, list[tuple[float, float]]] = {True: [], False: []}
+    work = path = 0.0
     for begin, end in pairwise(loop.corners):
         stroke = slice(begin, end + 1)
-        work = integral((driver + motor)[stroke], angle[stroke]) - float(kinetic[end] - kinetic[begin])
+        work += integral((driver + motor)[stroke], angle[stroke]) - float(kinetic[end] - kinetic[begin])
         work -= damping * integral(rate[stroke], course[stroke])
-        sides[bool(course[end] > course[begin])].append((work, abs(float(course[end] - course[begin]))))
-    left, right = (np.sum(sides[side], axis=0) for side in (True, False))
-    whole = slice(loop.first, loop.last + 1)
-    path = float(left[1] + right[1])
-    speed_integral = integral(rate[whole], course[whole])
-    friction = float(left[0] + right[0]) / path
-    if friction <= 0.0:
+        path += abs(float(course[end] - course[begin]))
+    if work <= 0.0:
         raise InputError(
-            f"the work done on the steering over the loop is negative ({friction * path:.1f} J), but friction only "
-            "takes work; turn the sign of the torques or of the angle (left is positive for all)"
+            f"the work done on the steering over the loop is negative ({work:.1f} J), but friction only takes work; "
+            "turn the sign of the torques or of the angle (left is positive for all)"
         )
+    whole = slice(loop.first, loop.last + 1)
     return WorkBalance(
-        start=float(time[loop.first]),
-        stop=float(time[loop.last]),
-        driver_work=integral(driver[whole], angle[whole]),
-        motor_work=integral(motor[whole], angle[whole]),
-        kinetic_energy=float(kinetic[loop.last] - kinetic[loop.first]),
-        viscous_work=damping * speed_integral,
         path=path,
-        friction_torque=friction,
-        friction_towards_left=float(left[0] / left[1]),
-        friction_towards_right=float(right[0] / right[1]),
-        mean_rate=speed_integral / path,
+        friction_torque=work / path,
+        mean_rate=integral(rate[whole], course[whole]) / path,
         gap=loop.gap,
-        torque_range=float(np.ptp(total[whole])),
+        torque_range=float(np.ptp((driver + motor - damping * rate)[whole])),
     )
-
-
-def half_width(angle: np.ndarray, torque: np.ndarray, corners: list[int]) -> tuple[np.ndarray, np.ndarray]:
-    """Angles and half the difference of the torques in both directions, in 41 intervals of the angle."""
-    edges = np.linspace(float(np.min(angle)), float(np.max(angle)), 42)
-    sums = {True: np.zeros(41), False: np.zeros(41)}
-    counts = {True: np.zeros(41), False: np.zeros(41)}
-    for begin, end in pairwise(corners):
-        side = bool(angle[end] > angle[begin])
-        place = np.clip(np.digitize(angle[begin:end], edges) - 1, 0, 40)
-        np.add.at(sums[side], place, torque[begin:end])
-        np.add.at(counts[side], place, 1.0)
-    branch = {
-        side: np.divide(sums[side], counts[side], out=np.full(41, np.nan), where=counts[side] > 0.0) for side in sums
-    }
-    return 0.5 * (edges[1:] + edges[:-1]), 0.5 * (branch[True] - branch[False])
 
 
 def integral(values: np.ndarray, over: np.ndarray) -> float:
