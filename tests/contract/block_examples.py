@@ -157,7 +157,7 @@ EXAMPLES: dict[type, Callable[[], Any]] = {
     Innovations: lambda: Innovations(
         SampledColumn, BENCH, (0.0,) * 7, (1e-4,) * 7, (1e-4,), (1e-6, 1e-5, 4e-4), RoundedColumn
     ),
-    Simulation: lambda: Simulation(SampledColumn, BENCH, (0.0,) * 7, ("motor_friction",), (4,)),
+    Simulation: lambda: Simulation(SampledColumn, BENCH, (0.0,) * 7),
     Luenberger: lambda: Luenberger(EstimatedFriction, CAR, (0.0,) * 5, GAIN),
     StationaryFilter: lambda: StationaryFilter(
         EstimatedFriction, CAR, (0.0,) * 5, GAIN, (1.0,) * 15, (1.0, 0.0, 0.0, 1.0, 0.0, 1.0)

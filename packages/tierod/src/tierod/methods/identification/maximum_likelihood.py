@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -10,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tierod.core.block import Model, Scalar, Tree, rebuild, skeleton, values_of
+from tierod.core.block import Model, Tree, rebuild, skeleton, values_of
 from tierod.core.graph import scan
 from tierod.core.graph.maths import log, present, select, sqrt, where
 from tierod.core.graph.trace import jacobian
@@ -19,76 +18,28 @@ from tierod.methods.estimators.shapes import Belief, leaf_values, sample_class
 from tierod.methods.identification.experiment import Estimate, Experiment, Free, sandwich, with_values
 from tierod.methods.identification.map_search import End, MapSearch
 
-Rows = tuple[tuple[Scalar, ...], ...]
-
-
-class Moving(NamedTuple):
-    """State of a simulation, and its derivatives by the free parameters and states, one row per state."""
-
-    mean: Tree
-    derivatives: Rows
-
-
-class Simulated(NamedTuple):
-    """Outputs of a sample, and their derivatives by the free parameters and states, one row per output."""
-
-    output: Tree
-    derivatives: Rows
-
 
 @dataclass(frozen=True)
 class Simulation:
-    """Simulation of a discrete model with recorded inputs, and its sensitivities.
-
-    The sensitivities follow from the chain rule with the automatic Jacobians of one step: they are exact, and need one
-    scan for all. A missing input holds the state.
-    """
+    """Simulation of a discrete model with recorded inputs; a missing input holds the state."""
 
     model: Model
     parameters: Tree  # of the model; its floats are tuning
     initial: Tree
-    free: tuple[str, ...] = ()  # names of the parameters of the derivatives
-    # indices of the entries of the initial state whose derivatives follow those of the parameters
-    free_states: tuple[int, ...] = ()
 
     @property
     def Sample(self) -> type:
         kind: type = self.model.Input
         return kind
 
-    def init(self) -> Moving:
-        values = values_of(self.initial)
-        none = (0.0,) * len(self.free)
-        rows = tuple((*none, *(float(k == entry) for entry in self.free_states)) for k in range(len(values)))
-        return Moving(rebuild(skeleton(self.model.State), values), rows)
+    def init(self) -> Tree:
+        return rebuild(skeleton(self.model.State), values_of(self.initial))
 
-    def step(self, state: Moving, sample: Tree) -> tuple[Moving, Simulated]:
-        output = self.model.output(state.mean, sample, self.parameters)
-        ahead = self.model.transition(state.mean, sample, self.parameters)
-        sensitivities = self._derived(self.model.output, state, sample)
-        moved = self._derived(self.model.transition, state, sample)
+    def step(self, state: Tree, sample: Tree) -> tuple[Tree, Tree]:
+        output = self.model.output(state, sample, self.parameters)
+        ahead = self.model.transition(state, sample, self.parameters)
         whole = kernels.usable(values_of(sample))
-        if whole is True:
-            return Moving(ahead, moved), Simulated(output, sensitivities)
-        return select(whole, Moving(ahead, moved), state), Simulated(output, sensitivities)
-
-    def _derived(self, function: Callable[[Tree, Tree, Tree], Tree], state: Moving, sample: Tree) -> Rows:
-        at = (state.mean, tuple(getattr(self.parameters, name) for name in self.free))
-
-        def of(point: Tree) -> Tree:
-            values = dict(zip(self.free, point[1], strict=True))
-            return function(point[0], sample, dataclasses.replace(self.parameters, **values))
-
-        count, through = len(state.derivatives), list(zip(*state.derivatives, strict=True))
-        rows = []
-        for row in jacobian(of, at):
-            direct = [*row[count:], *[0.0] * len(self.free_states)]
-            rows.append(
-                tuple(
-                    kernels.plus(kernels.dot(row[:count], way), own) for way, own in zip(through, direct, strict=True)
-                )
-            )
-        return tuple(rows)
+        return ahead if whole is True else select(whole, ahead, state), output
 
 
 class Surprise(NamedTuple):
