@@ -4,7 +4,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-from tierod.methods.estimators.augment import augment
 
 from example_models import (
     Cart,
@@ -22,6 +21,7 @@ from tierod.core.errors import ParameterError
 from tierod.core.graph import scan
 from tierod.methods.estimators.kalman import KalmanFilter
 from tierod.methods.estimators.kernels import pack, unpack
+from tierod.methods.estimators.shapes import augment
 
 pytestmark = pytest.mark.usefixtures("kernels_in_a_moment")
 cart = KalmanFilter(
