@@ -342,7 +342,7 @@ def real(task: tuple[int, bool]) -> list[Row]:
     highway minute, its noises from there and from the first 9 s of the passenger car. What is later is judged: each
     sensor fails at three instants. A fault is observable where it exceeds three standard deviations of the accuracy
     required of the demonstrator's sensors, or of the estimate by the other sensors of this car where that is less
-    exact; missed by either criterion alone stands beside it.
+    exact; missed by the latter alone stands beside it.
     """
     number, quick = task
     return judged(CARS[number], quick)

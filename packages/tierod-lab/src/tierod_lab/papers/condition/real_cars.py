@@ -112,7 +112,6 @@ def judged(
         declared = declared_of(scan(bank, samples.values), samples.time)
         row = {"car": car.name, **_scored(car, recording, declared, faults, less)}
         if faults:
-            row["missed_asked"] = _scored(car, recording, declared, faults, KNOWN)["missed"]
             row["missed_own"] = _scored(car, recording, declared, faults, own)["missed"]
         rows.append(row)
     return rows

@@ -11,31 +11,8 @@ import numpy as np
 
 from tierod.core.content import Chart, Item, Lines, Panel, Points, Table
 from tierod_lab.papers.condition import datasets, drives
-from tierod_lab.papers.condition.datasets import (
-    BANK,
-    METHODS,
-    SHIPPED,
-    USED,
-    Known,
-    Task,
-    calibrations,
-    ratios_of,
-    tasks,
-    vehicles,
-)
-from tierod_lab.papers.condition.drives import (
-    ASKED,
-    LONG,
-    LOSS,
-    OFFSETS,
-    SENSORS,
-    SHORT,
-    THIRD,
-    TORQUES,
-    Drive,
-    Injected,
-    lost,
-)
+from tierod_lab.papers.condition.datasets import BANK, METHODS, SHIPPED, Task, calibrations, tasks, vehicles
+from tierod_lab.papers.condition.drives import LONG, OFFSETS, SENSORS, SHORT, THIRD, TORQUES, Drive, Injected
 from tierod_lab.papers.condition.recorded import ODD, recorded
 from tierod_lab.papers.condition.scoring import faulty_times
 from tierod_lab.papers.real_data import NO_DATA
@@ -201,9 +178,9 @@ def _rounds() -> Chart:
     return Chart("condition-rounds", "The three rounds (Figures 18, 19, 24)", *words, tuple(panels))
 
 
-def _redrawn(figure: Mapping[str, Any], known: Known) -> Chart:
+def _redrawn(figure: Mapping[str, Any], known: datasets.Known) -> Chart:
     faults = tuple(
-        lost(name, 1.0, *span) if name in TORQUES else Injected(name, LOSS, np.nan, *span)
+        drives.lost(name, 1.0, *span) if name in TORQUES else Injected(name, drives.LOSS, np.nan, *span)
         for name, span in figure.get("fault", {}).items()
     )
     late = any(each.element in TORQUES for each in faults)
@@ -223,12 +200,12 @@ def _redrawn(figure: Mapping[str, Any], known: Known) -> Chart:
 Curves = dict[str, dict[str, Any]]  # Values by label of the curve, by title of the panel
 
 
-def _residuals(drive: Drive, made: Any, known: Known, names: list[str]) -> Curves:
-    ratios = ratios_of(known, made)
+def _residuals(drive: Drive, made: Any, known: datasets.Known, names: list[str]) -> Curves:
+    ratios = datasets.ratios_of(known, made)
     return {name: {name: ratios[name]} for name in names}
 
 
-def _states(drive: Drive, made: Any, known: Known, names: list[str]) -> Curves:
+def _states(drive: Drive, made: Any, known: datasets.Known, names: list[str]) -> Curves:
     time = made["yaw_rate"].time
     real = faulty_times(drive, time)
     curves: Curves = {name: {"real": 1.0 * real.get(name, np.zeros(len(time)))} for name in names}
@@ -240,12 +217,12 @@ def _states(drive: Drive, made: Any, known: Known, names: list[str]) -> Curves:
     return curves
 
 
-def _signals(drive: Drive, made: Any, known: Known, names: list[str]) -> Curves:
+def _signals(drive: Drive, made: Any, known: datasets.Known, names: list[str]) -> Curves:
     expected = known.declared(BANK, made).value
     curves: Curves = {}
     for name in names:
         curves[name] = {"true": made[f"truth_{TORQUES.get(name, name)}"].values}
-        curves[name]["asked for" if name in ASKED else "read"] = made[ASKED.get(name, name)].values
+        curves[name]["asked for" if name in drives.ASKED else "read"] = made[drives.ASKED.get(name, name)].values
         if name in expected:
             curves[name]["expected"] = expected[name]
     return curves
@@ -271,7 +248,7 @@ def items(effort: Effort, progress: Progress) -> Iterator[Item | Frame]:
     rows = tuple((f"{number}", f"{number + 10}", f"{number + 20}") for number in vehicles(effort))
     note = (
         "The numbers follow from the digest of the bank of filters of smartload, traced graph and tuning. Those up to "
-        f"{USED} were driven while thresholds were chosen; none of them is reported."
+        f"{datasets.USED} were driven while thresholds were chosen; none of them is reported."
     )
     header = ("demonstrator, drawn by", "tests of sensors", "tests of actuators")
     yield Table("Seeds of the reported drives", header, rows, note)
