@@ -1,6 +1,5 @@
 """Pole placement, the stationary and the unscented filter, against textbooks, python-control and each other."""
 
-import dataclasses
 import itertools
 
 import control
@@ -13,7 +12,6 @@ from example_models import (
     Pendulum,
     PendulumParameters,
     assert_floats_equal_scan,
-    random_linear,
     with_gaps,
 )
 from textbook_filters import unscented_step
@@ -129,29 +127,6 @@ def test_the_unscented_filter_agrees_with_the_textbook(alpha, beta, kappa, redra
     np.testing.assert_allclose(result[finite], np.array(rows)[finite], rtol=1e-5, atol=1e-8)
 
 
-@pytest.mark.parametrize("update", ["schmidt", "printed"])
-def test_it_equals_the_kalman_filter_on_a_linear_model(update):
-    rng = np.random.default_rng(8)
-    _, model, parameters = random_linear(rng, 3, 2, 2)
-    fields = {
-        "initial_mean": (1.0, 2.0, 3.0),
-        "initial_variance": (1.0, 0.5, 2.0),
-        "process_noise": (0.1, None, 0.2),
-        "measurement_noise": (0.3, 0.4),
-        "input_noise": (None, 0.5),
-        "maskable": ("x1",),
-        "covariance_update": update,
-        "full_covariance": True,
-    }
-    data = np.hstack([rng.normal(size=(60, 2)), with_gaps(rng, rng.normal(size=(60, 2))), rng.random((60, 1))])
-    data[30:33, 1] = np.nan
-    unscented = scan(UnscentedFilter(model, parameters, **fields), data)
-    kalman = scan(KalmanFilter(model, parameters, **fields), data)
-    assert unscented.names == kalman.names
-    whole = kalman["present"] > 0
-    np.testing.assert_allclose(unscented.values[whole], kalman.values[whole], rtol=1e-7, atol=1e-9)
-
-
 def test_any_pattern_of_missing_values_leaves_the_state_finite_and_floats_agree_with_the_scan():
     patterns = np.array(list(itertools.product((0.1, np.nan, np.inf), repeat=4)))
     data = np.vstack([np.random.default_rng(0).permutation(patterns), np.full((20, 4), np.nan)])
@@ -160,13 +135,3 @@ def test_any_pattern_of_missing_values_leaves_the_state_finite_and_floats_agree_
     assert_floats_equal_scan(pendulum(maskable=("rate",)), np.hstack([samples(60), np.full((60, 1), 0.5)]), rtol=1e-9)
     known = UnscentedFilter(Cart, CartParameters(), (0.0, 1.0), (0.0, 0.0), (None, None), (0.1, 0.1))
     np.testing.assert_array_equal(scan(known, np.ones((50, 3)))["variance.speed"], 0.0)
-
-
-def test_too_many_states_and_wrong_spreads_are_refused():
-    _, model, parameters = random_linear(np.random.default_rng(0), 13, 1, 1)
-    many = (1.0,) * 13
-    with pytest.raises(ParameterError, match="at most 12 states"):
-        UnscentedFilter(model, parameters, many, many, many, (1.0,))
-    for changes in ({"alpha": 0.0}, {"kappa": -2.0}):
-        with pytest.raises(ParameterError, match="expected alpha > 0"):
-            dataclasses.replace(pendulum(), **changes)

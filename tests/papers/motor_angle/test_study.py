@@ -25,13 +25,9 @@ from tierod_lab.papers.motor_angle.bench import (
     offset,
 )
 from tierod_lab.papers.motor_angle.fault_trials import (
-    LOAD,
     Found,
     begin,
-    fast_drive,
     found,
-    salient_bench,
-    stepping_load,
 )
 from tierod_lab.papers.motor_angle.monitor_datasets import AngleCase
 from tierod_lab.papers.motor_angle.observer_datasets import Case
@@ -85,17 +81,6 @@ def test_operations_are_counted_beside_the_printed_ones():
 def test_motors_that_differ_are_followed(case):
     (row,) = observers.accuracy(case)
     assert 0.0 < row["rms"] < 0.006
-
-
-def test_a_load_steps_and_a_fast_drive_weakens_the_flux():
-    assert np.abs(np.diff(stepping_load(20.0, 3))).max() == pytest.approx(LOAD)
-    seen = fast_drive(3.0, 1, 20.0)
-    own = (seen.samples[:, 0] + 1j * seen.samples[:, 1]) * np.exp(-4j * seen.angle)
-    assert own.real[np.abs(seen.speed) > 155.0].min() < -5.0
-    machine = salient_bench(3.0).motor.machine
-    assert machine.inductance_q / machine.inductance_d == pytest.approx(3.0)
-    (row,) = observers.salient((3.0, 41, False))
-    assert row["rms"] < 0.004
 
 
 @pytest.mark.slow

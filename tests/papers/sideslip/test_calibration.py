@@ -8,7 +8,6 @@ import pytest
 
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.recording import Channel, Recording
-from tierod.monitors.sideslip.tuning import tuning_of
 from tierod.vehicles import load
 from tierod_lab.papers.sideslip.calibration import BesideTruth, beside_truth, calibrated, with_parameters
 
@@ -68,14 +67,3 @@ def test_figures_of_an_error():
     assert found.coverage == pytest.approx(2.0 / 3.0)
     with pytest.raises(InputError, match="no true sideslip from 3"):
         seen.figures(3.0)
-
-
-def test_a_vehicle_file_names_the_noises_of_its_estimator():
-    found = tuning_of(CAR)
-    assert found.noises.yaw_rate_reading == CAR["yaw_rate_noise"]
-    assert found.log_front_stiffness.deviation == CAR["stiffness_wander"]
-    assert found.log_front_stiffness.time == CAR["stiffness_wander_time"]
-    assert found.bank_angle.time == CAR["bank_wander_time"]
-    assert found.log_friction is None
-    assert found.side_force is None
-    assert found.lateral_acceleration_bias.deviation == CAR["lateral_acceleration_wander"]

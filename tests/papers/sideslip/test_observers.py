@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 
 import numpy as np
 import pytest
@@ -96,18 +95,6 @@ def test_a_missing_measurement_leaves_them_running(observer, column):
     assert np.isfinite(result.values).all()
     assert (result["held"] == 0.0).all()
     assert (result["readings"][300:350] < 2.0).all()
-
-
-def test_compensated_friction_hides_nothing_in_a_slow_turn_of_the_wheel(observer):
-    rate, speed = 0.05, 10.0
-    steer = 0.01 + rate * DT * np.arange(300)
-    rows = []
-    for angle in steer:
-        yaw_rate, _, torque = settled(speed, angle)
-        friction = CAR.road_wheel_friction * math.tanh(rate / CAR.friction_rate) + CAR.road_wheel_damping * rate
-        rows.append([speed, yaw_rate, angle, torque + friction])
-    result = scan(observer, np.array(rows))
-    assert result["self_aligning_torque"][-1] == pytest.approx(settled(speed, steer[-1])[2], rel=0.1)
 
 
 @pytest.mark.parametrize("build", OBSERVERS.values(), ids=list(OBSERVERS))

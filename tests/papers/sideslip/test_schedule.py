@@ -13,7 +13,6 @@ from tierod_lab.methods.pole_placement import discrete_poles
 from tierod_lab.papers.sideslip.observers import placed
 from tierod_lab.papers.sideslip.schedule import (
     SPEEDS,
-    Schedule,
     Scheduling,
     error_radius,
     scheduled,
@@ -26,15 +25,6 @@ VEHICLE = load("steer-by-wire").parameters_for(TorqueShownVehicle.Parameters)
 DT = 1e-3
 FOUR = Scheduling(SteeredVehicle, CAR, lambda speed: (0.0, speed), DT)
 TWO = Scheduling(TorqueShownVehicle, VEHICLE, lambda speed: (0.0, speed), DT)
-
-
-def test_values_pass_through_the_rows_and_stay_beyond_them():
-    rows = np.column_stack([np.arange(len(SPEEDS)), 1.0 / np.array(SPEEDS)])
-    schedule = Schedule.through(rows)
-    np.testing.assert_allclose([schedule.at(speed) for speed in SPEEDS], rows, atol=1e-12)
-    np.testing.assert_allclose(schedule.at(0.0), rows[0])
-    np.testing.assert_allclose(schedule.at(-5.0), rows[0])
-    np.testing.assert_allclose(schedule.at(200.0), rows[-1])
 
 
 @pytest.mark.parametrize("speed", [0.5, 25.0])

@@ -14,7 +14,6 @@ from tierod_lab.papers.sideslip.steered_vehicle import (
     Axles,
     Slips,
     SteeredVehicle,
-    TorqueShownVehicle,
 )
 
 VEHICLE = load("steer-by-wire")
@@ -48,16 +47,6 @@ def test_its_matrices_are_those_of_eq_13(speed):
     np.testing.assert_allclose(system.A, printed(FRICTIONLESS, speed), rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(system.B[:, 0], [0.0, 0.0, 0.0, 1.0 / FRICTIONLESS.road_wheel_inertia])
     np.testing.assert_allclose(system.C, [[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]])
-
-
-def test_its_eigenvalues_at_the_speed_of_the_test():
-    system = linearise(SteeredVehicle, FRICTIONLESS, (0.0,) * 4, (0.0, 6.7))
-    found = np.sort_complex(np.linalg.eigvals(system.A))
-    np.testing.assert_allclose(found, [-31.605 - 35.865j, -31.605 + 35.865j, -20.436, -1.699], atol=1e-3)
-    vehicle = linearise(TorqueShownVehicle, VEHICLE.parameters_for(TorqueShownVehicle.Parameters), (0, 0), (0, 6.7))
-    np.testing.assert_allclose(
-        np.sort_complex(np.linalg.eigvals(vehicle.A)), [-19.815 - 0.659j, -19.815 + 0.659j], atol=1e-3
-    )
 
 
 def test_tyres_follow_a_step_over_the_rolled_distance():

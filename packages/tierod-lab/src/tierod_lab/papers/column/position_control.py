@@ -279,11 +279,7 @@ class ObservedPositionControl:
 
     @classmethod
     def of_vehicle(cls, vehicle: Vehicle, sample_time: float = 1e-3) -> ObservedPositionControl:
-        """The control of a vehicle's column on the paper's observer of its mechanical reduction.
-
-        Args:
-            vehicle: vehicle with the parameters of `ColumnParameters` and `motor_friction`
-        """
+        """The control of a vehicle's column on the paper's observer of its mechanical reduction."""
         column = vehicle.parameters_for(ColumnParameters)
         observer = PrintedObserver.of_column(column, "series spring", sample_time)
         return cls.with_observer(observer, column, vehicle["motor_friction"], sample_time)

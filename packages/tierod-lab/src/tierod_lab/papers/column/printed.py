@@ -134,11 +134,7 @@ class PrintedObserver:
 
 
 def reduced(parameters: ColumnParameters, column: str) -> LinearSystem:
-    """The continuous column of an observer of the paper, with states of wheel and motor as additional outputs.
-
-    Args:
-        column: one of `COLUMNS`
-    """
+    """The continuous column of an observer of the paper, with states of wheel and motor as additional outputs."""
     if column not in COLUMNS:
         raise ParameterError(f"there is no column '{column}'{nearest(column, COLUMNS)}; expected {', '.join(COLUMNS)}")
     full = linear_of(parameters)

@@ -121,9 +121,6 @@ def _rates(x: Any, u: Any, load_torque: Scalar, p: MotorParameters) -> tuple[Sca
 def q_axis_motor(p: MotorParameters, load: bool = False) -> LinearSystem:
     """Linear system from the q-axis voltage to the q-axis current.
 
-    Args:
-        load: whether a constant load torque is a third state
-
     Validity: no d-axis current.
     Source: Reinelt et al., eqs (15), (16), (19) and (20), which print c_M where 3/2 c_M belongs in the mechanical row.
     """

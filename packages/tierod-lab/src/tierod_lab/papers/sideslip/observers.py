@@ -196,11 +196,7 @@ class SteeringTorqueObserver(ABC):
 
 
 def require_observable(p: SteeredVehicle.Parameters, sample_time: float) -> None:
-    """Refuse a car that the observers cannot follow.
-
-    Args:
-        sample_time: sampling interval [s]
-    """
+    """Refuse a car that the observers cannot follow."""
     trail = p.mechanical_trail + p.pneumatic_trail
     if not trail * p.front_cornering_stiffness > 0.0:
         raise ParameterError(
@@ -313,11 +309,7 @@ class ConventionalPoles(SteeringTorqueObserver):
 
 
 def conventional_kalman(p: SteeredVehicle.Parameters, sample_time: float) -> ConventionalKalman:
-    """The conventional observer of a car with Kalman gains.
-
-    Args:
-        sample_time: sampling interval [s]
-    """
+    """The conventional observer of a car with Kalman gains."""
     require_observable(p, sample_time)
     model = sampled_of(SteeredVehicle, sample_time)
     process, reading = _variances(ObserverNoise(), sample_time)

@@ -223,11 +223,7 @@ class Scheduling:
 def scheduled(
     model: Scheduling, gain: Gain, functionals: Functionals, process: Sequence[float], reading: Sequence[float]
 ) -> Schedule:
-    """Schedule of gains, variances and innovation weights over all speeds.
-
-    Args:
-        process: variance that each state gains per sample
-    """
+    """Schedule of gains, variances and innovation weights over all speeds."""
     rows, gains = [], []
     for speed in SPEEDS:
         design = model.at(speed)

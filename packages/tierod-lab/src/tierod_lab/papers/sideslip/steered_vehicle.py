@@ -101,9 +101,6 @@ def aligning_torque(
 ) -> Scalar:
     """Aligning torque of both front tyres about the kingpins [N*m], which opposes positive steer.
 
-    Args:
-        p: its parameters, with `Trails`
-
     Source: Yih, Ryu, Gerdes, eqs (3) and (12); (12) follows from (7) and (8), printed "(8) and (9)".
     """
     front, _ = SingleTrack.axle_forces(x, u, p)

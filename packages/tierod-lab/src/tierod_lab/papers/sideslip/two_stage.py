@@ -139,11 +139,7 @@ def measured_torque(seen: Seen, torque: Scalar) -> Scalar:
 
 
 def two_stage_kalman(p: SteeredVehicle.Parameters, sample_time: float) -> TwoStageKalman:
-    """The two-stage observer of a car with Kalman gains.
-
-    Args:
-        sample_time: sampling interval [s]
-    """
+    """The two-stage observer of a car with Kalman gains."""
     require_observable(p, sample_time)
     noise = ObserverNoise()
     model, process, reading = _steering(noise, sample_time)
