@@ -273,26 +273,6 @@ def test_a_wrong_acceleration_is_named_and_no_element_is_accused_for_it(drive, c
     assert finding.evidence["sensors_and_actuators_judged"] == len((*OF_AUTOMATED, *ACTUATORS))
 
 
-def test_a_little_is_a_doubt_and_what_tyres_and_body_roll_do_is_none(drive):
-    """Rear wheels and angle that turn nearly twice as much as the car, as where tyres slip; and a body that leans."""
-    left, right = drive["wheel_speed_rear_left"].values, drive["wheel_speed_rear_right"].values
-    middle, half = 0.5 * (left + right), 0.5 * (right - left)
-    slipping = changed(
-        drive,
-        0.0,
-        wheel_speed_rear_left=middle - 1.8 * half,
-        wheel_speed_rear_right=middle + 1.8 * half,
-        steering_wheel_angle=1.8 * drive["steering_wheel_angle"].values,
-    )
-    moved = drive["yaw_rate"].values * middle
-    known = np.isfinite(moved)
-    moved = np.interp(np.arange(len(moved)), np.flatnonzero(known), moved[known])
-    moved = np.convolve(moved, np.ones(20) / 20.0, "same")
-    leaning = changed(drive, 0.0, **{ACROSS: 1.15 * moved - 0.12 * np.gradient(moved, 0.01)})
-    for made in (slipping, leaning, changed(drive, **{ACROSS: drive[ACROSS].values + 1.1})):
-        assert ACROSS not in at_fault(run(made)[0])
-
-
 @pytest.mark.parametrize("name", [ACROSS, "yaw_rate", TARGETS[0]])
 def test_an_impossible_value_is_removed_before_it_decides_and_is_named(drive, name):
     values = drive[name].values.copy()

@@ -1,7 +1,6 @@
 """From healthy drives to parameters and limits: what is taken, what is refused, what is doubted, and what is kept."""
 
 import math
-import tomllib
 from dataclasses import replace
 
 import numpy as np
@@ -17,10 +16,7 @@ from tierod.monitors.condition.limits import (
     FACTOR,
     NAME,
     designed_on,
-    has_own_limits,
-    healthy_drives,
     limits_of,
-    parted,
     table_of,
 )
 from tierod.monitors.condition.parameters import calibrate
@@ -28,7 +24,6 @@ from tierod.monitors.condition.signals import OF_CARS, TARGETS, WHEELS, hypothes
 from tierod.monitors.condition.vehicle_filter import SENSOR_NOISE, LeaveOutFilter
 from tierod.report.identification import identify
 from tierod.vehicles import load
-from tierod.vehicles.writer import with_thresholds
 from tierod_lab.papers.condition.drives import Drive, calibration_drives, vehicle
 from tierod_lab.papers.condition.recorded import recorded
 from tierod_lab.papers.own_car.cars import drawn
@@ -52,29 +47,6 @@ def with_targets(rate):
 
 def driving(seconds, speed=5.0):
     return np.full(round(100.0 * seconds), speed)
-
-
-@pytest.mark.parametrize(
-    ("recording", "seconds"),
-    [
-        (made_up(np.concatenate([driving(20.0), driving(30.0, 0.0), driving(10.0, -3.0)])), [30.0]),
-        (made_up(np.full(600, 5.0), 10.0), [60.0]),
-        (made_up(np.full(6000, 5.0), 1000.0), [6.0]),
-        (made_up(np.full(5000, 5.0), times=np.r_[np.arange(2000), 4e8 + np.arange(3000)] / 100.0), [20.0, 30.0]),
-    ],
-    ids=["standing and reversing", "10 Hz", "1 kHz", "a gap"],
-)
-def test_driving_counts_by_time_and_a_gap_parts_a_recording(recording, seconds):
-    assert [each.driven for each in healthy_drives({"a": recording})] == pytest.approx(seconds, abs=0.2)
-
-
-def test_the_first_seconds_of_driving_are_taken_from_as_many_drives_as_it_needs():
-    drives = healthy_drives({"a": made_up(driving(20.0)), "b": made_up(driving(40.0, 4.0)), "c": made_up(driving(9.0))})
-    first, rest, seconds = parted(drives, 35.0)
-    assert seconds == 35.0
-    assert [(each.name, round(each.driven)) for each in first] == [("a", 20), ("b", 15)]
-    assert [(each.name, round(each.driven)) for each in rest] == [("b", 25), ("c", 9)]
-    assert [len(each.recording[WHEELS[0]].values) for each in (first[1], rest[0])] == [1500, 2500]
 
 
 @pytest.mark.parametrize(
@@ -174,16 +146,6 @@ def test_the_factor_is_that_of_the_exponential_tail_and_never_below_the_least():
     assert (short.factor, short.hours_between_alarms > 1.0) == (FACTOR, True)
     # Well above what was seen where that was next to nothing.
     assert (short.limits.fast[0], short.limits.slow[0]) == pytest.approx((2.01 * FACTOR, 1.01 * FACTOR))
-
-
-def test_limits_go_into_a_vehicle_file_and_come_back():
-    designed = designed_on(blocks(), 1000.0)
-    text = with_thresholds('name = "x"\nsource = "made up"\n', NAME, table_of(designed, "a drive"))
-    kept = replace(CAR, thresholds=tomllib.loads(text)["thresholds"])
-    read = limits_of(kept)
-    np.testing.assert_allclose(read.fast + read.slow, designed.limits.fast + designed.limits.slow, rtol=1e-3)
-    assert has_own_limits(kept)
-    assert not has_own_limits(CAR)
 
 
 def changed(**changes):

@@ -21,21 +21,15 @@ from monitors.condition.made_up_lanes import (
     lane,
 )
 from tierod.core import graph
-from tierod.core.errors import ParameterError
 from tierod.core.graph import Bank, Stream, trace
-from tierod.diagnosis.fault_memory import Counting
-from tierod.diagnosis.trouble_codes import load_trouble_codes
-from tierod.monitors.condition.courses import FAULT, HEALTHY
+from tierod.monitors.condition.courses import FAULT
 from tierod.monitors.condition.definition import condition_monitor
 from tierod.monitors.condition.kinds import KINDS
 from tierod.monitors.condition.limits import GAP
 from tierod.monitors.condition.reaction import CODES
 from tierod.monitors.condition.signals import (
-    ELEMENTS,
     OF_AUTOMATED,
-    Hypothesis,
 )
-from tierod.monitors.condition.weighing import Limits, Weighing
 from tierod.vehicles import load
 
 scan = partial(graph.scan, engine="virtual machine")
@@ -158,24 +152,6 @@ def test_a_motor_is_distinguished_from_the_other_by_the_swing_of_their_split(ban
     assert result["torque_loss"][690] == pytest.approx(share, abs=0.05)
 
 
-def test_both_motors_are_named_where_both_lose_torque_and_no_sooner_than_the_split_has_changed(drive):
-    known = (*HYPOTHESES, Hypothesis("both motors", (), (MOTOR_1, MOTOR_2)))
-    decision = decision_of(known)
-    drive[300:700, column(TORQUE)] -= 0.5 * drive[300:700, 8:10].sum(axis=1)
-    result = scan(Bank(tuple(replace(lane(each), wander=1e-3) for each in known), decision), drive)
-    named = (result[f"faulty.{MOTOR_1}"] > 0.5) & (result[f"faulty.{MOTOR_2}"] > 0.5)
-    assert 300 + decision.samples_of_both_motors <= np.argmax(named) < 350
-    assert named[350:700].all()
-    assert not named[-1]
-    motors = [known.index(each) for each in known if each.actuators and not each.sensors]
-    assert {int(number) for number in result["hypothesis"]} <= {0, *motors}, "one of them at first, no sensor ever"
-
-
-def test_limits_are_one_for_each_hypothesis():
-    with pytest.raises(ParameterError, match="6 fast limits were given for 7 hypotheses"):
-        Weighing(HYPOTHESES, Limits((1.0,) * 6, (1.0,) * 7, 1.0, 1.0))
-
-
 # From here on the whole judge.
 
 
@@ -204,28 +180,6 @@ def test_a_statement_has_onset_kind_size_and_evidence_and_only_the_faulty_one(wh
     assert not whole[f"statements.{LEFT}.kind"][:300].any()
     assert not whole[f"statements.{LEFT}.kind"][-100:].any()
     assert not any(whole[f"statements.{name}.kind"].any() for name in OF_AUTOMATED if name != LEFT)
-
-
-def test_codes_fail_and_pass_as_in_a_fault_memory(whole):
-    left, status = whole[f"codes.{LEFT}"], whole[f"statements.{LEFT}.status"]
-    assert (left[310:690] == 1.0).all()
-    assert not whole["codes.tie_rod_force"].any(), "what is not read is neither healthy nor at fault"
-    results = np.select([status == FAULT, status == HEALTHY], [1.0, -1.0], 0.0)
-    changes = Counting(load_trouble_codes()).add(np.arange(len(left)) / 100.0, {LEFT.replace("_", "-"): results})
-    at = np.flatnonzero(np.diff(left, prepend=0.0))
-    assert [(int(place), float(left[place])) for place in at] == [
-        (round(100.0 * each.time), float(each.verdict)) for each in changes
-    ]
-
-
-def test_an_offset_that_is_gone_shows_at_standstill_too():
-    drive = accelerated(healthy_drive(), slice(400, 600), -5.0)
-    drive[300:700, column(LEFT)] += 2.0
-    result = scan(judged_bank(), drive)
-    faulty = {name: result[f"statements.{name}.status"] == FAULT for name in ELEMENTS}
-    assert faulty[LEFT][310:700].all()
-    assert not any(each[310:700].any() for name, each in faulty.items() if name != LEFT)
-    assert not any(each[750:].any() for each in faulty.values())
 
 
 def test_the_monitor_of_a_vehicle_is_one_graph_that_runs_live():

@@ -8,21 +8,16 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from tierod.core.block import rebuild
 from tierod.core.graph import scan
 from tierod.methods.estimators.kernels import correct, pack
-from tierod.monitors.condition.courses import FAULT
-from tierod.monitors.condition.definition import rolling_monitor
 from tierod.monitors.condition.filter_updates import update
 from tierod.monitors.condition.limits import aligned
 from tierod.monitors.condition.low_grip import Lack, LowGrip, sliding
 from tierod.monitors.condition.rolling_filter import SmallestSteps
 from tierod.monitors.condition.signals import (
-    ACCELERATIONS,
     ACTUATORS,
     DRIVES,
     OF_AUTOMATED,
-    OF_CARS,
     ConditionSample,
     Hypothesis,
     hypotheses,
@@ -33,7 +28,7 @@ from tierod_lab.ground.courses import load as course
 from tierod_lab.ground.courses.course import Adhesion, Along
 from tierod_lab.ground.courses.roads import Halt
 from tierod_lab.ground.run import run
-from tierod_lab.papers.condition.drives import LOSS, OFFSET, Drive, Injected, lost, vehicle
+from tierod_lab.papers.condition.drives import Drive, lost, vehicle
 from tierod_lab.papers.condition.recorded import as_recorded, recorded
 
 CAR = load("smartload")
@@ -145,32 +140,6 @@ def test_lost_torque_is_found_and_measured(name):
     assert np.mean(results[name]["torque_loss"][1600:][known]) == pytest.approx(0.5, abs=0.1)
 
 
-def test_missing_samples_and_wild_ones_leave_it_fault_free():
-    samples, _ = drive()
-    broken = samples.copy()
-    broken[500:600] = np.nan
-    broken[900:1000, :8] = np.where(np.random.default_rng(1).random((100, 8)) < 0.3, 1e12, broken[900:1000, :8])
-    broken[1200, :] = np.inf
-    (result,) = scanned(["healthy"], broken)
-    assert np.all(np.isfinite(result.values))
-    assert np.all(result["log_likelihood"][500:600] == 0.0)
-    np.testing.assert_allclose(result["speed"][2000:], scan(nominal_filter(), samples)["speed"][2000:], atol=0.02)
-
-
-@pytest.mark.parametrize(("what", "factor"), [("radius", 1.1), ("mass", 1.1)])
-def test_a_load_and_tyres_that_have_changed_are_learnt(what, factor):
-    """What the whole filter finds, against what was changed: push per mass, and readings per speed."""
-    samples = aligned(recorded(Drive("short-round", 40.0, 0, 5, later=(what, factor))))
-    rolling = nominal_filter().vehicle.rolling_mass / nominal_filter().vehicle.mass
-    expected = {
-        "wheel_speed_scale": 1.0 / factor - 1.0 if what == "radius" else 0.0,
-        "drive_excess": 1.0 / factor - 1.0 if what == "radius" else (1.0 + rolling) / (factor + rolling) - 1.0,
-    }
-    learnt = rebuild(nominal_filter().init(), scan(nominal_filter(), samples).state.values.tolist()).mean
-    for name, value in expected.items():
-        assert getattr(learnt, name) == pytest.approx(value, abs=0.02)
-
-
 # From here on the filter of a car that is judged by its motion.
 
 
@@ -186,55 +155,6 @@ def test_rounded_readings_show_their_step_and_no_rounding_residue_repetition_or_
     assert step_after((0.0223 * np.round(fine / 0.0223)).tolist()) == pytest.approx(0.0223)
     assert step_after([0.0, 0.2, 0.2 + 1e-13, 0.4, math.nan, 0.4]) == pytest.approx(0.2)
     assert step_after([0.0, 0.0, math.nan]) == 0.5
-
-
-START, END = 12.0, 20.0
-
-
-def bus(*injected):
-    """Only what a car with a driver has on its bus."""
-    read = drive(*injected)[0]
-    measured = [ConditionSample._fields.index(name) for name in (*OF_CARS, *ACCELERATIONS)]
-    samples = np.full_like(read, np.nan)
-    samples[:, measured] = read[:, measured]
-    return samples
-
-
-@pytest.fixture(scope="module")
-def bank():
-    return rolling_monitor(CAR)
-
-
-def declared(bank, samples):
-    result = scan(bank, samples)
-    return {name: result[f"statements.{name}.status"] == FAULT for name in OF_CARS}, result
-
-
-@pytest.mark.parametrize(
-    ("sensor", "kind", "size"),
-    [(OF_CARS[0], LOSS, math.nan), (OF_CARS[1], OFFSET, -2.0), (OF_CARS[2], OFFSET, 0.3), (OF_CARS[3], OFFSET, 1.5)],
-)
-def test_a_fault_of_a_car_is_named_and_no_other(bank, sensor, kind, size):
-    said, result = declared(bank, bus(Injected(sensor, kind, size, START, END)))
-    # The steering ratio is known to some per cent: a wrong angle needs a bend to differ from a wrong ratio.
-    late = 150 if sensor == "steering_wheel_angle" else 50
-    inside = slice(round(START * 100) + late, round(END * 100))
-    assert said[sensor][inside].all()
-    assert not said[sensor][: round(START * 100)].any()
-    assert not any(each.any() for name, each in said.items() if name != sensor)
-    if sensor in OF_CARS[:2]:
-        fault_free = bus()[inside, OF_CARS.index(sensor)]
-        assert np.sqrt(np.mean((result[f"value.{sensor}"][inside] - fault_free) ** 2)) < 0.15
-
-
-def test_missing_samples_leave_the_bank_of_a_car_unharmed(bank):
-    samples = bus(Injected(OF_CARS[2], OFFSET, 0.3, START, END)).copy()
-    samples[600:630] = np.nan
-    samples[::2, :4] = np.nan
-    said, result = declared(bank, samples)
-    assert np.isfinite(result.values).all()
-    assert said[OF_CARS[2]][round(START * 100) + 100 : round(END * 100)].all()
-    assert not said[OF_CARS[2]][round(END * 100) + 150 :].any()  # back, though every other sample is not there
 
 
 # From here on the filter of sliding tyres, and the rule that says they slide.

@@ -158,9 +158,3 @@ def test_what_becomes_wrong_on_the_way_is_left_to_the_monitor():
     angle = signals["steering_wheel_angle"].copy()
     angle[len(angle) // 2 :] *= -1.0
     assert cause(signals | {"steering_wheel_angle": angle}) == ""
-
-
-def test_without_turning_nothing_is_named():
-    signals = scaled(turning(), **dict.fromkeys(("yaw_rate", "steering_wheel_angle", "lateral_acceleration"), 0.01))
-    straight = signals | dict.fromkeys((LEFT, RIGHT), np.full(len(signals[LEFT]), SPEED))
-    assert cause(scaled(straight, yaw_rate=-1.0)) == ""
