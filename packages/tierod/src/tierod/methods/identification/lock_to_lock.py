@@ -259,7 +259,6 @@ class PreSliding:
 
     angle: float  # motion after which the reversal of friction has reached 1 - 1/e [rad]
     standard_deviation: float  # of the mean over the reversals [rad]
-    reversals: int
 
 
 def pre_sliding(
@@ -307,7 +306,7 @@ def pre_sliding(
     angles = [fit.angle for fit in found]
     spread = float(np.std(angles, ddof=1)) if len(found) > 1 else 0.0
     within = float(np.sqrt(np.mean([fit.deviation**2 for fit in found])))
-    return PreSliding(float(np.mean(angles)), max(spread, within) / math.sqrt(len(found)), len(found))
+    return PreSliding(float(np.mean(angles)), max(spread, within) / math.sqrt(len(found)))
 
 
 class _Fit(NamedTuple):

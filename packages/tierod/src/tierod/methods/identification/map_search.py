@@ -38,7 +38,6 @@ class Place(NamedTuple):
     # of the cost with the prior, from the derivatives of innovations and of their standard deviations
     information: np.ndarray
     scores: tuple[np.ndarray, ...]  # gradient of every sample, per recording
-    shares: tuple[np.ndarray, ...]  # information of each recording alone, without the prior
     whitened: tuple[np.ndarray, ...]  # innovations over their standard deviations, per recording
 
 
@@ -85,7 +84,7 @@ class MapSearch:
         away = place - self.centre
         cost = 0.5 * float(np.sum(self.precision * away**2))
         gradient, information = (self.precision * away)[own], np.diag(self.precision[own])
-        scores, shares, whitened = [], [], []
+        scores, whitened = [], []
         for recording in range(self.count):
             values = self.scored(place, recording)
             surprise, spread = np.hsplit(values, 2)
@@ -99,9 +98,8 @@ class MapSearch:
             cost += self.weight * float(0.5 * np.sum(surprise**2) + np.sum(spread))
             gradient, information = gradient + score.sum(axis=0), information + share
             scores.append(score)
-            shares.append(share)
             whitened.append(surprise)
-        return Place(cost, gradient, information, tuple(scores), tuple(shares), tuple(whitened))
+        return Place(cost, gradient, information, tuple(scores), tuple(whitened))
 
     def descend(
         self,
