@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
+    from tierod.core.toml_document import Document
+
 
 def scenarios(
     name: Annotated[str | None, typer.Argument(help="A scenario, virtual car or course, or a scenario file.")] = None,
@@ -27,7 +29,7 @@ def scenarios(
     for one, other, both in (("--cars", "--courses", cars and courses), ("--toml", "--json", toml and json)):
         if both:
             raise ParameterError(f"{one} and {other} exclude each other; give one of them")
-    wanted = ("cars",) if cars else ("courses",) if courses else tuple(_names())
+    wanted = ("cars",) if cars else ("courses",) if courses else tuple(_kinds())
     if name is None:
         if toml:
             raise ParameterError("--toml needs the name of a scenario, car or course; 'tierod scenarios' lists them")
@@ -40,11 +42,17 @@ def scenarios(
         {"scenarios": _scenario, "cars": _car, "courses": _course}[kind](name, json)
 
 
-def _names() -> dict[str, tuple[str, ...]]:
-    from tierod_lab.ground import courses, scenarios
+def _kinds() -> dict[str, tuple[str, tuple[str, ...], Callable[[str], Path]]]:
+    """Title, shipped names, and function that finds the file of a name, by kind."""
+    from tierod_lab.ground import courses
     from tierod_lab.ground.cars import catalogue
+    from tierod_lab.ground.scenarios import SCENARIOS
 
-    return {"scenarios": tuple(scenarios.SCENARIOS), "cars": catalogue.shipped(), "courses": courses.shipped()}
+    return {
+        "scenarios": ("scenario", tuple(SCENARIOS), SCENARIOS.find),
+        "cars": ("virtual car", catalogue.shipped(), catalogue.find),
+        "courses": ("course", courses.shipped(), courses.find),
+    }
 
 
 def _kind_of(name: str, wanted: tuple[str, ...]) -> str:
@@ -52,31 +60,27 @@ def _kind_of(name: str, wanted: tuple[str, ...]) -> str:
 
     from tierod.core.errors import ParameterError, nearest
 
-    known = _names()
-    for kind in wanted:
-        if name in known[kind]:
+    known = {kind: names for kind, (_, names, _) in _kinds().items() if kind in wanted}
+    for kind, names in known.items():
+        if name in names:
             return kind
     if name.lower().endswith((".toml", ".csv")) or Path(name).parent != Path():
         return wanted[0]
-    every = [each for kind in wanted for each in known[kind]]
-    what = {"scenarios": "scenario, virtual car or course", "cars": "virtual car", "courses": "course"}[wanted[0]]
-    raise ParameterError(f"no {what} is called '{name}'{nearest(name, every)} A file is named by its path")
+    what = "scenario, virtual car or course" if len(wanted) > 1 else _kinds()[wanted[0]][0]
+    near = nearest(name, [each for names in known.values() for each in names])
+    raise ParameterError(f"no {what} is called '{name}'{near} A file is named by its path")
 
 
-def _path(kind: str, name: str) -> Path:
-    from tierod_lab.ground import courses
-    from tierod_lab.ground.cars import catalogue as cars
-    from tierod_lab.ground.scenarios import SCENARIOS
+def _document(kind: str, name: str) -> Document:
+    from tierod.core.toml_document import Document
 
-    find: dict[str, Callable[[str], Path]] = {"scenarios": SCENARIOS.find, "cars": cars.find, "courses": courses.find}
-    return find[kind](name)
+    return Document.read(_kinds()[kind][2](name), kind.removesuffix("s"))
 
 
 def _to_begin_with(kind: str, name: str) -> str:
-    from tierod.core.toml_document import Document
     from tierod_lab.ground.scenarios import named_files
 
-    document = Document.read(_path(kind, name), kind.removesuffix("s"))
+    document = _document(kind, name)
     text, folder = document.text, document.path.parent.resolve()
     for each in named_files(document):
         text = text.replace(f'"{each}"', f'"{(folder / each).as_posix()}"')
@@ -84,25 +88,19 @@ def _to_begin_with(kind: str, name: str) -> str:
 
 
 def _list(kinds: tuple[str, ...], as_json: bool) -> None:
-    described = {kind: [(name, _description(kind, name)) for name in _names()[kind]] for kind in kinds}
+    known = _kinds()
+    described = {k: [(n, str(_document(k, n).content["description"])) for n in known[k][1]] for k in kinds}
     if as_json:
         print_json({k: [{"name": n, "description": d} for n, d in rows] for k, rows in described.items()})
         return
     console = output()
-    titles = {"scenarios": "scenario", "cars": "virtual car", "courses": "course"}
     for kind, cells in described.items():
-        console.print(rows((titles[kind], "what it is"), cells))
+        console.print(rows((known[kind][0], "what it is"), cells))
         console.print()
     console.print(
         "Show one with 'tierod scenarios NAME', drive a scenario with 'tierod simulate NAME -o drive.mf4',\n"
         "begin your own with 'tierod scenarios NAME --toml > mine.toml'. Faults to add: 'tierod faults'."
     )
-
-
-def _description(kind: str, name: str) -> str:
-    from tierod.core.toml_document import Document
-
-    return str(Document.read(_path(kind, name), kind.removesuffix("s")).content["description"])
 
 
 def _scenario(name: str, as_json: bool) -> None:
