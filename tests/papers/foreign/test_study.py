@@ -50,7 +50,7 @@ def test_the_multibody_car_turns_to_the_left_where_it_says_so():
 
 @pytest.mark.slow
 def test_a_foreign_column_is_judged_against_its_own_truth():
-    rows = over_column((LUGRE, 0, 5, 5.0))
+    rows = over_column((LUGRE, 0, 5, 3.0))
     assert [row["level"] for row in rows] == [4.0, 5.5, 8.0, 12.5]
     assert sum(row["wrong"] for row in rows) == 0.0
     assert max(abs(row["error"]) for row in rows) < 1.5
