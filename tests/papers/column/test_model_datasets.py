@@ -29,7 +29,7 @@ def ordered(matrix):
 
 def test_a_reduction_errs_within_its_bound_and_keeps_the_steady_state():
     whole = stable()
-    found = balanced_reduction(whole, 3, {}, {}, shift=0.0).system
+    found = balanced_reduction(whole, 3, {}, {}, shift=0.0)
     reached, shown = control.lyap(whole.A, whole.B @ whole.B.T), control.lyap(whole.A.T, whole.C.T @ whole.C)
     hankel = np.sort(np.sqrt(np.linalg.eigvals(reached @ shown).real))[::-1]
     one, other = (
@@ -37,7 +37,7 @@ def test_a_reduction_errs_within_its_bound_and_keeps_the_steady_state():
     )
     worst = np.linalg.svd((one - other).transpose(2, 0, 1), compute_uv=False).max()
     assert 0.2 * hankel[3:].sum() < worst <= 2.0 * hankel[3:].sum()  # K. Glover, 1984
-    without = balanced_reduction(whole, 3, {}, {}, feed_through=False, shift=0.0).system
+    without = balanced_reduction(whole, 3, {}, {}, feed_through=False, shift=0.0)
     steady, kept, wrong = (each.D - each.C @ np.linalg.solve(each.A, each.B) for each in (whole, found, without))
     np.testing.assert_allclose(kept, steady, atol=1e-9)
     assert np.abs(wrong - steady).max() > 1e-2

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,23 +22,6 @@ SHIFT = 1.0
 to 3 give the same result."""
 
 
-@dataclass(frozen=True, eq=False)
-class Reduction:
-    """A system with fewer states, and its relation to the full one."""
-
-    system: LinearSystem  # the reduced one; its states are combinations without unit, "mode 1", "mode 2", ...
-    # back, back_input: x = back z + back_input u, as far as z determines it, (n, order) and (n, inputs)
-    back: np.ndarray
-    back_input: np.ndarray
-
-    def physical(self, *names: str, of: LinearSystem) -> LinearSystem:
-        """The reduced system with states of the full one as additional outputs, so that an observer estimates them."""
-        rows = [of.states.index(name) for name in names]
-        C = np.vstack([self.system.C, self.back[rows]])
-        D = np.vstack([self.system.D, self.back_input[rows]])
-        return replace(self.system, C=C, D=D, outputs=(*self.system.outputs, *names))
-
-
 def balanced_reduction(
     system: LinearSystem,
     order: int,
@@ -47,7 +29,8 @@ def balanced_reduction(
     output_size: Mapping[str, float],
     feed_through: bool = True,
     shift: float = SHIFT,
-) -> Reduction:
+    shown: Sequence[str] = (),
+) -> LinearSystem:
     """Balanced reduction: the states that are least controllable and observable are at their steady state.
 
     Args:
@@ -55,6 +38,7 @@ def balanced_reduction(
         input_size, output_size: typical size of inputs and outputs in their unit, by name, as weights; others 1
         feed_through: whether the feed-through D from the removed states is kept; without it the steady state is wrong
         shift: decay rate that is added to all modes for the balancing [1/s]
+        shown: states of the full system that are additional outputs, so that an observer estimates them
 
     Source: B. C. Moore, 1981; square roots as M. S. Tombs, I. Postlethwaite, 1987; singular perturbation as Y. Liu,
     B. D. O. Anderson, 1989; Raffone, eqs (14) to (16), where (17) drops D.
@@ -69,26 +53,27 @@ def balanced_reduction(
         raise ParameterError(f"a mode of the system does not decay with a shift of {shift:g} 1/s; give a larger one")
     B = system.B * [input_size.get(name, 1.0) for name in system.inputs]
     C = system.C / np.array([[output_size.get(name, 1.0)] for name in system.outputs])
-    reached, shown = _root(solve_continuous_lyapunov(A, -B @ B.T)), _root(solve_continuous_lyapunov(A.T, -C.T @ C))
-    left, values, right = np.linalg.svd(shown.T @ reached)
-    to = left.T @ shown.T / np.sqrt(values)[:, None]
+    reached, seen = _root(solve_continuous_lyapunov(A, -B @ B.T)), _root(solve_continuous_lyapunov(A.T, -C.T @ C))
+    left, values, right = np.linalg.svd(seen.T @ reached)
+    to = left.T @ seen.T / np.sqrt(values)[:, None]
     back = reached @ right.T / np.sqrt(values)
     one, two = slice(order), slice(order, None)
     full, driven = to @ system.A @ back, to @ system.B
     slaved = -np.linalg.solve(full[two, two], full[two, one])
     slaved_input = -np.linalg.solve(full[two, two], driven[two])
-    D = system.D + system.C @ back[:, two] @ slaved_input
-    kept = back[:, one] + back[:, two] @ slaved
-    reduced = LinearSystem(
+    # x = kept z + driven_back u, as far as the states z that are kept determine it.
+    kept, driven_back = back[:, one] + back[:, two] @ slaved, back[:, two] @ slaved_input
+    rows = [system.states.index(name) for name in shown]
+    D = system.D + system.C @ driven_back if feed_through else system.D
+    return LinearSystem(
         full[one, one] + full[one, two] @ slaved,
         driven[one] + full[one, two] @ slaved_input,
-        system.C @ kept,
-        D if feed_through else system.D,
-        tuple(f"mode {k + 1}" for k in range(order)),
+        np.vstack([system.C @ kept, kept[rows]]),
+        np.vstack([D, driven_back[rows]]),
+        tuple(f"mode_{k + 1}" for k in range(order)),
         system.inputs,
-        system.outputs,
+        (*system.outputs, *shown),
     )
-    return Reduction(reduced, kept, back[:, two] @ slaved_input)
 
 
 def _root(gramian: np.ndarray) -> np.ndarray:
@@ -153,7 +138,7 @@ def reduced_columns(parameters: ColumnParameters) -> Mapping[str, LinearSystem]:
     whole = linear_column(SteeringColumn, parameters)
     found = {f"mechanical, {each}": linear_column(TwoInertiaColumn, without_gear(parameters, each)) for each in SPRINGS}
     for name, kept in (("balanced", True), ("balanced, without D", False)):
-        found[name] = balanced_reduction(whole, 4, {"hand_torque": ratio}, sizes, kept).system
+        found[name] = balanced_reduction(whole, 4, {"hand_torque": ratio}, sizes, kept)
     return found
 
 

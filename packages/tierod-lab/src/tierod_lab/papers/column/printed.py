@@ -141,9 +141,8 @@ def reduced(parameters: ColumnParameters, column: str) -> LinearSystem:
     if column == "full":
         return _with_states(full)
     if column.startswith("balanced"):
-        kept = balanced_reduction(full, 4, _SIZES, _MEASURED, feed_through=column == "balanced")
-        named = kept.physical(*_SHOWN[2:], of=full)
-        return replace(named, states=tuple(name.replace(" ", "_") for name in named.states))
+        fed = column == "balanced"
+        return balanced_reduction(full, 4, _SIZES, _MEASURED, feed_through=fed, shown=_SHOWN[2:])
     spring = {"series spring": "series", "printed spring": "printed"}.get(column, column)
     return _with_states(linear_column(TwoInertiaColumn, without_gear(parameters, spring)))
 

@@ -64,16 +64,13 @@ class Found(NamedTuple):
 class ObserverEstimate(NamedTuple):
     """Output of an observer of the paper: a `SideslipEstimate`, and its other states."""
 
-    # sideslip_angle, sideslip_angle_deviation: sideslip at the centre of gravity, and its standard deviation
     sideslip_angle: Annotated[Scalar, "rad"]
     sideslip_angle_deviation: Annotated[Scalar, "rad"]
-    # self_aligning_torque, self_aligning_torque_deviation: torque of the front tyres, opposing positive steer
     self_aligning_torque: Annotated[Scalar, "N*m"]
     self_aligning_torque_deviation: Annotated[Scalar, "N*m"]
     nis: Annotated[Scalar, ""]  # nis, readings: normalised innovation squared of the sample, and its number of readings
     readings: Annotated[Scalar, ""]
     held: Annotated[Scalar, ""]  # 1 where nothing could be estimated and the last estimate is held
-    # estimated_yaw_rate, estimated_road_wheel_angle, estimated_road_wheel_rate: the other states
     estimated_yaw_rate: Annotated[Scalar, "rad/s"]
     estimated_road_wheel_angle: Annotated[Scalar, "rad"]
     estimated_road_wheel_rate: Annotated[Scalar, "rad/s"]
