@@ -5,7 +5,7 @@ from importlib.resources import files
 import jsonschema
 import pytest
 
-from tierod.core.claims import Claim, Goal, Outcome, at_most, between, claims_document, counted, exactly
+from tierod.core.claims import Claim, Goal, Outcome, at_most, between, claims_document, exactly
 from tierod.core.errors import ParameterError
 
 SCHEMA = json.loads(files("tierod.core").joinpath("claims.schema.json").read_text(encoding="utf-8"))
@@ -56,14 +56,6 @@ def test_what_the_source_is_to_blame_for_is_no_shortfall_of_ours():
     assert claim(goal=None).outcome is None
     with pytest.raises(ParameterError, match="without a cause"):
         missed(cause="")
-
-
-def test_outcomes_are_counted_in_a_line():
-    every = [missed("a.a"), missed("a.b", irreproducible=False), missed("a.c", measured=0.2), claim("a.d", None)]
-    assert counted(every) == "4 claims: 1 hold, 1 do not, 1 of the source do not come out, 1 not measured"
-    assert counted([*every[2:], claim("a.e", goal=None)]) == (
-        "2 claims: 1 hold, 0 do not, 1 not measured; 1 figures of description"
-    )
 
 
 @pytest.mark.parametrize("name", ["bias", "Paper.bias", "paper.", "paper.two words"])

@@ -7,7 +7,6 @@ import os
 import socket
 import subprocess
 import sys
-import threading
 from pathlib import Path
 
 import pytest
@@ -15,7 +14,7 @@ import pytest
 import tierod
 from tierod.core.errors import InputError, OutputError, ParameterError
 from tierod.core.files import replacing, write_text
-from tierod.core.processes import THREADS, alone, interpreter
+from tierod.core.processes import THREADS, interpreter
 from tierod.core.user_files import MOST_BYTES, MOST_DEPTH, json_document, read_bytes, read_text, toml
 
 
@@ -73,23 +72,6 @@ def test_what_a_killed_process_left_goes_after_an_hour_and_nothing_else(tmp_path
     gone = {name for name in names if not (tmp_path / name).exists()}
     assert gone == {name for name, ours in names.items() if ours}
     assert (tmp_path / ".out.ba9876543210.txt").exists()
-
-
-def test_one_at_a_time_and_whoever_waits_gets_its_turn(tmp_path):
-    order = []
-
-    def second():
-        with alone(tmp_path) as held:
-            order.append(("second", held))
-
-    with alone(tmp_path) as held:
-        waiting = threading.Thread(target=second)
-        waiting.start()
-        with pytest.raises(TimeoutError, match="another process holds"), alone(tmp_path, patience=0.05):
-            pass
-        order.append(("first", held))
-    waiting.join()
-    assert order == [("first", True), ("second", True)]
 
 
 PLANTED = ("tierod", "numpy", "json", "multiprocessing", "encodings", "typing", "can", "pyarrow", "fmpy", "ziglang")

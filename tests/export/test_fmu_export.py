@@ -144,27 +144,6 @@ def test_a_monitor_is_valid_and_states_what_scan_states(friction, tmp_path):
     assert worst_share(found, reference(friction, inputs)).max() <= 1e-12
 
 
-def test_a_plant_gives_its_outputs_at_the_instant_of_its_inputs(benches, tmp_path):
-    from fmpy.validation import validate_fmu
-
-    bench = ColumnBench()
-    starts = usual_inputs(bench)
-    model, path = benches
-    subject = model.face.subject
-    assert validate_fmu(str(path)) == []
-    inputs = np.tile([starts[name] for name in subject.graph.sample], (400, 1))
-    place = next(k for k, name in enumerate(subject.graph.sample) if "torque" in name or "angle" in name)
-    inputs[:, place] = 2.0 * np.sin(0.02 * np.arange(400))
-    instance = Instance(path, tmp_path)
-    instance.begin()
-    instance.begun()
-    found = rows_of(instance, model, inputs, bench.step_time)
-    instance.end()
-    wanted = scan(bench, inputs).values
-    assert np.ptp(wanted, axis=0).max() > 0.01
-    assert worst_share(found, wanted).max() <= 1e-12
-
-
 def test_a_tunable_parameter_acts_from_the_next_step_and_a_fixed_one_before_the_first(watches, tmp_path):
     model, path = watches
     kinds = {each.name: each.kind for each in model.variables}

@@ -84,17 +84,3 @@ def test_a_slip_in_a_plant_file_is_one_sentence(folder, mixed, slip):
         with_plant(mixed, changed(folder, old, new))
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
-
-
-def test_the_command_line_drives_a_unit_and_says_that_it_runs_native_code(folder, tmp_path, capsys):
-    given = ["simulate", "mixed-drive-healthy", "--seconds", "20", "-o", str(tmp_path / "drive.parquet"), "--plant"]
-    (folder / "turned.toml").write_text((folder / "trolley.toml").read_text().replace('deg_s", sign = -1', 'deg_s"'))
-    assert main([*given, str(folder / "turned.toml")]) == 0
-    assert "leaves its path by more than 10 m" in capsys.readouterr().err
-    assert main([*given, str(folder / "trolley.toml")]) == 0
-    shown = capsys.readouterr()
-    assert "measured channels" in shown.out
-    assert f"{folder / 'trolley.fmu'} runs its own native code on this computer" in shown.err
-    assert "leaves its path" not in shown.err
-    assert main([*given, str(folder / "trolley.fmu")]) == 3
-    assert "--plant takes the plant file (.toml)" in capsys.readouterr().err

@@ -1,6 +1,5 @@
 """Charts and series of the pages of diagnoses, studies and campaigns."""
 
-import dataclasses
 import json
 import math
 import re
@@ -11,85 +10,19 @@ import numpy as np
 import pytest
 
 import report_pages
-from diagnosis_examples import friction_fault, trace
+from diagnosis_examples import friction_fault
 from experiments.test_summary import ROWS, gate, summary
-from report_pages import Page, charts
+from report_pages import Page
 from tierod.core.claims import Claim, at_least, at_most
 from tierod.core.content import Bars, Boxes, Chart, Heading, Lines, Panel, Points, Table
-from tierod.core.findings import Curve, Decided, Diagnosis, Element, Episode, Estimate, Finding, Status, Trace
+from tierod.core.findings import Diagnosis, Element, Episode, Estimate, Finding, Status, Trace
 from tierod.report import write_html
-from tierod.report.charts.decisions import looks_chart, most_relevant, quiet_figure
 from tierod.report.charts.elements import substitute_figures
 from tierod.report.charts.over_time import estimate_figures, signal_figure
-from tierod.report.diagnosis import deciding, render
 from tierod.report.html import TEMPLATES, heads, packed_series
 from tierod_lab.campaign.report import render_campaign
 from tierod_lab.campaign.summary import document, text
 from tierod_lab.studies.page import StudyPage, render_study
-
-TIME = np.arange(0.0, 100.0)
-COST = Curve((1.0, 10.0, 100.0), (0.1, 0.2, 0.3), "between false alarms [h]", "delay [s]", (10.0, 0.2))
-LOOK = Curve((0.0, 3.0, 6.0), (0.001, 0.5, 1.0), "size", "chance", (3.0, 0.5), chance=True)
-
-
-def decision(name, statistic="", levels=(), curve=None):
-    return Decided(name, "a distance", "a rule", "none in 10 h", "here", statistic, levels, curve)
-
-
-@pytest.fixture
-def diagnosis():
-    found = friction_fault()
-    values = np.where(TIME > 60.0, 1.5, 0.2)
-    traces = {**found.traces, "excess": trace("excess", "", TIME, values)}
-    decisions = (
-        decision("on", "excess", (1.0,), COST),
-        decision("off", "excess", (-1.0,), COST),
-        decision("fit", curve=LOOK),
-        decision("lost"),
-        decision("withheld", "no_such_trace", (1.0,)),
-    )
-    return dataclasses.replace(found, traces=traces, decisions=decisions)
-
-
-def test_the_page_shows_every_rule(diagnosis):
-    text = render(diagnosis)
-    page = Page(text)
-    said = " ".join(" ".join(page.texts).split())
-    assert page.open == []
-    assert "The rules and their false alarms (5)" in said
-    assert {"decisions", "design-0", "design-1"} <= set(charts(text))
-
-
-def test_what_decided_stands_first_and_what_stayed_quiet_is_folded_away(diagnosis):
-    quiet = trace("calm", "", TIME, np.zeros(100))
-    decisions = (
-        dataclasses.replace(decision("calm", "calm", (1.0,)), reached=0.0),
-        dataclasses.replace(decision("on", "excess", (1.0,)), reached=1.5, passed=61.0),
-    )
-    finding = dataclasses.replace(diagnosis.findings[0], decided_by=("on",))
-    known = dataclasses.replace(
-        diagnosis, findings=(finding,), traces={**diagnosis.traces, "calm": quiet}, decisions=decisions
-    )
-    assert most_relevant(known) == ["excess"]
-    assert {mark["meta"]["series"] for mark in quiet_figure(known).data} == {"calm"}
-    assert deciding(known, finding) == ["On: 1.5, alarm from 1, first at 1 min 1 s"]
-    assert most_relevant(dataclasses.replace(known, findings=(), decisions=decisions[:1])) == ["calm"]
-
-
-def test_what_rules_saw_at_the_end_stands_beside_their_thresholds(diagnosis):
-    decisions = (
-        dataclasses.replace(decision("apart", levels=(4.0, -4.0)), reached=-8.0),
-        dataclasses.replace(decision("covered", levels=(0.8,)), below=True, reached=0.4),
-        dataclasses.replace(decision("fits", levels=(4.0, -4.0)), reached=1.0),
-        decision("unseen", levels=(4.0,)),
-    )
-    chart = looks_chart(dataclasses.replace(diagnosis, decisions=decisions))
-    within, beyond = chart.panels[0].marks
-    assert (within.x, within.y) == (["Fits"], [0.25])
-    assert (beyond.x, beyond.y) == (["Apart", "Covered"], [2.0, 2.0])
-    assert [row[1] for row in chart.summary] == ["−8, alarm beyond ±4", "0.4, alarm below 0.8", "1, alarm beyond ±4"]
-    assert looks_chart(friction_fault()) is None
-
 
 SECONDS = np.arange(100) * 0.1
 

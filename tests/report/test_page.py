@@ -17,7 +17,6 @@ from diagnosis_examples import EXAMPLES, friction_fault
 from report_pages import Page, charts, series
 from tierod.core.findings import Estimate
 from tierod.report import print_table, to_json
-from tierod.report.charts.figure import gauge
 from tierod.report.charts.over_time import signal_figure
 from tierod.report.diagnosis import render
 from tierod.report.display import duration, interval, number
@@ -78,17 +77,6 @@ def test_every_chart_has_a_place_a_sentence_and_a_table(fault_page):
     assert {"Friction over time", "Stretch by stretch", "Innovations over time", "The drive"} <= set(tables)
 
 
-def test_levels_truth_and_enabled_stretches_are_drawn(fault_page):
-    chart = charts(fault_page)["estimate-friction"]
-    names = [series.get("name") for series in chart["data"]]
-    assert names == ["95 % interval", "lowest to highest", "estimate", "truth", "enabled share"]
-    levels = [shape["y0"] for shape in chart["layout"]["shapes"] if shape.get("xref") == "paper"]
-    assert levels == [4.0, 4.05, 4.8, 7.5]
-    labels = [note["text"] for note in chart["layout"]["annotations"]]
-    assert "nominal 4, learnt level 4.05 N·m" in labels
-    assert "change began" in labels
-
-
 def test_a_gap_stays_a_gap(fault_page):
     drawn = signal_figure(friction_fault()).data
     yaw = next(mark for mark in drawn if mark.get("name") == "Yaw rate")
@@ -110,15 +98,6 @@ def test_names_cannot_break_out_of_the_page():
     assert evil not in text
     assert Page(text).open == []
     assert charts(text)["loops"]["layout"]["annotations"][0]["text"].lower() == evil
-
-
-def test_the_page_ranks_uncertain_parameters_and_calls_an_estimate_by_its_word():
-    text = render(EXAMPLES["estimated"]())
-    assert ">estimated</a></span>" in text
-    assert "healthy" not in text.split("<main>")[1].split("How this page came about")[0]
-    assert text.index("Which parameters decide") < text.index("rear_distance</th>") < text.index("steering_ratio</th>")
-    assert "Measure rear_distance first" in text
-    assert "that of the class &#39;midsize&#39; is assumed" in text or "that of the class 'midsize' is assumed" in text
 
 
 SHIPPED = json.loads((Path(tierod.report.__file__).parent / "diagnosis.schema.json").read_text(encoding="utf-8"))
@@ -146,15 +125,6 @@ def test_the_decisive_finding_decides_status_and_exit_code():
     assert (document["status"], document["exit_code"]) == ("fault", 1)
     assert document["findings"][0]["estimate"]["interval"] == pytest.approx([12.2144, 12.6456])
     assert json.loads(to_json(EXAMPLES["nothing"]()))["exit_code"] == 2
-
-
-def test_series_are_whole():
-    diagnosis = friction_fault()
-    document = json.loads(to_json(diagnosis, series=True))
-    assert set(document["traces"]) == set(diagnosis.traces)
-    gap = np.isnan(diagnosis.traces["yaw_rate"].mean)
-    assert [value is None for value in document["traces"]["yaw_rate"]["mean"]] == gap.tolist()
-    assert len(document["histograms"]["0 to 15 min"]["edges"]) == 61
 
 
 def printed(name):
@@ -215,17 +185,6 @@ def test_says_what_was_found(name, expected):
         assert each in text
 
 
-def test_what_a_finding_warns_of_is_not_repeated_under_the_remarks():
-    example = EXAMPLES["friction_fault"]()
-    row = next(row for row in example.quality if row.remarks)
-    warning = f"{row.name}: {row.remarks[0]}"
-    first, *rest = example.findings
-    warned = dataclasses.replace(first, warnings=(*first.warnings, warning))
-    console = Console(file=io.StringIO(), width=400)
-    print_table(dataclasses.replace(example, findings=(warned, *rest)), console)
-    assert console.file.getvalue().count(row.remarks[0]) == 1
-
-
 @pytest.mark.parametrize(
     ("value", "text"),
     [
@@ -264,12 +223,6 @@ def test_an_estimate_is_rounded_by_its_own_uncertainty(value, spread, expected):
 
 def estimate(value=12.4, spread=0.1, **reference):
     return Estimate("friction", value, spread, "N*m", reference)
-
-
-def test_it_shows_its_content_to_those_who_do_not_see_it():
-    assert 'aria-label="12.40 N·m (95 % interval 12.20 to 12.60) on a scale with nominal 4 N·m"' in gauge(
-        estimate(nominal=4.0)
-    )
 
 
 TOKENS = (TEMPLATES / "tokens.css").read_text(encoding="utf-8")

@@ -128,16 +128,6 @@ def test_a_small_spread_moves_by_differences_and_nothing_else_moves():
     assert other["rear_distance"] == vehicle["rear_distance"]
 
 
-@pytest.mark.parametrize("by", [-2.0, -1.0, 1.0, 2.0])
-def test_a_spread_of_three_hundred_per_cent_stays_within_what_a_car_can_be(by):
-    vehicle = load("midsize-eps")
-    wild = car(**{name: 3.0 * abs(each.value) for name, each in vehicle.parameters.items()})
-    other = moved(wild, dict.fromkeys(wild.parameters, by))
-    for name, each in other.parameters.items():
-        low, high = QUANTITIES[name].plausible
-        assert low <= each.value <= high, name
-
-
 def with_wheelbase(**deviations):
     _, parameters = begun({"mass": Known(1500.0), "wheelbase": Known(2.7)}, "midsize")
     known = {each.name: each for each in parameters}

@@ -49,14 +49,6 @@ def test_it_gives_what_its_parts_give_one_by_one(samples, count):
     assert (result["level"] > 0.0).any(), "lanes take over states"
 
 
-def test_the_virtual_machine_gives_what_compiled_code_gives(samples):
-    compiled, interpreted = scan(bank(), samples), scan(bank(), samples, engine="virtual machine")
-    np.testing.assert_allclose(interpreted.values, compiled.values, rtol=1e-11, atol=1e-12)
-    first = scan(bank(), samples[:150], engine="virtual machine")
-    second = scan(bank(), samples[150:], first.state, engine="virtual machine")
-    np.testing.assert_array_equal(np.vstack([first.values, second.values]), interpreted.values)
-
-
 def test_stream_and_batch_equal_a_scan_to_the_last_bit(samples):
     offline, live = scan(bank(), samples), Stream(bank())
     pushed = np.array([live.push(row) for row in samples])

@@ -1,12 +1,11 @@
 """The three drivers and both engines give the same numbers."""
 
 from collections import deque
-from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
-from blocks_of_graph import Everything, Pair
+from blocks_of_graph import Everything
 from tierod.core.block import Ring, leaves, rebuild
 from tierod.core.errors import InputError, ParameterError
 from tierod.core.graph import Memory, Scanner, Stream, batch, scan
@@ -99,26 +98,3 @@ def test_wrong_samples_are_refused(samples):
 def test_the_state_of_another_block_is_refused(samples, state):
     with pytest.raises(InputError, match="remembers 9 numbers; go on from the state of a block of the same structure"):
         scan(Everything(), samples, state)
-
-
-@dataclass(frozen=True)
-class Weighted:
-    """A sum of the past with a weight."""
-
-    weight: float
-    Sample = Pair
-
-    def init(self):
-        return (0.0,)
-
-    def step(self, state, sample):
-        return (sample.a,), Pair(self.weight * sample.b, state[0] + self.weight * state[0])
-
-
-@pytest.mark.parametrize("engine", ["compiled", "virtual machine"])
-def test_a_weight_of_zero_hides_no_missing_sample(engine):
-    samples = np.ones((1200, 2))
-    samples[[5, 1100]] = np.nan
-    result = scan(Weighted(0.0), samples, engine=engine)
-    np.testing.assert_array_equal(np.flatnonzero(np.isnan(result["a"])), [5, 1100])
-    np.testing.assert_array_equal(np.flatnonzero(np.isnan(result["b"])), [6, 1101])

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tierod.core.block import Ring, Scalar, tuning
-from tierod.core.errors import CompileError, TraceError
-from tierod.core.graph import jacobian, maths, scan, trace
+from tierod.core.errors import TraceError
+from tierod.core.graph import jacobian, maths, trace
 from tierod.core.graph.analysis import graph_digest
 
 
@@ -56,20 +56,6 @@ def test_jacobian_of_numbers_and_structural_zeros():
     rows = jacobian(lambda x: (x[0] * x[1], maths.sin(x[1]), 3.0 * x[2]), (2.0, 0.5, 1.0))
     np.testing.assert_allclose(rows, [[0.5, 2.0, 0.0], [0.0, math.cos(0.5), 0.0], [0.0, 0.0, 3.0]], rtol=1e-15)
     assert all(type(entry) is float for row in rows for entry in row)
-
-
-def test_without_a_compiler_blocks_run_on_the_virtual_machine(monkeypatch):
-    monkeypatch.setattr("tierod.core.graph.kernel.compiler", lambda: None)
-    monkeypatch.setattr("tierod.core.graph.compiler.compiler", lambda: None)
-    block = Applied(_smooth, 0.5)
-    assert np.isfinite(scan(block, np.ones(10)).values).all()
-    with pytest.raises(CompileError, match="no C compiler was found"):
-        scan(block, np.ones(10), engine="compiled")
-
-
-def _smooth(state, value):
-    level = 0.5 * state[0] + 0.25 * value
-    return (level,), One(level)
 
 
 class Gains(NamedTuple):
