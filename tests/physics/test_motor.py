@@ -37,7 +37,8 @@ def test_both_forms_of_the_machine_agree(d, q, speed, voltage_alpha, voltage_bet
     rate = pm_motor.current_rate(
         current, park(voltage, direction(angle)), speed, resistance=0.05, pole_pairs=4, **SALIENT
     )
-    linkage = inverse_park(laws.flux_linkage(current, **SALIENT), direction(angle))
+    flux = RotorVector(SALIENT["flux"] + SALIENT["inductance_d"] * d, SALIENT["inductance_q"] * q)
+    linkage = inverse_park(flux, direction(angle))
     flux_rate = pm_motor.stator_flux_rate(voltage, inverse_park(current, direction(angle)), 0.05)
 
     def after(time):

@@ -3,7 +3,7 @@
 from tierod_lab.ground.cars.road_cars import EpsCar
 from tierod_lab.ground.chassis import SingleTrack, TwoTrack
 from tierod_lab.ground.courses.roads import Bends, City, Country, Motorway
-from tierod_lab.ground.run import FrictionCourse, Outcome, drive, lock_to_lock, run, with_friction
+from tierod_lab.ground.run import FrictionCourse, Outcome, drive, lock_to_lock, run
 from tierod_lab.ground.scatter import Scatter
 from tierod_lab.ground.sensors import Sensor, SensorSet
 from tierod_lab.ground.steering.column_eps import ColumnEps
@@ -29,5 +29,4 @@ __all__ = [
     "drive",
     "lock_to_lock",
     "run",
-    "with_friction",
 ]

@@ -139,19 +139,10 @@ def torque_of_flux(linkage: StatorVector, current: StatorVector, pole_pairs: Sca
     return 1.5 * pole_pairs * (linkage.alpha * current.beta - linkage.beta * current.alpha)
 
 
-def flux_linkage(current: RotorVector, flux: Scalar, inductance_d: Scalar, inductance_q: Scalar) -> RotorVector:
-    """Flux linkage of the stator [V*s].
-
-    Args: current [A]; flux: linkage of the magnets [V*s]; inductance_d, inductance_q: along and across the rotor flux
-    [H].
-    """
-    return RotorVector(flux + inductance_d * current.d, inductance_q * current.q)
-
-
 def current_of_flux(
     linkage: StatorVector, rotor: Direction, flux: Scalar, inductance_d: Scalar, inductance_q: Scalar
 ) -> StatorVector:
-    """Current [A] in the stator's axes from a flux linkage: `flux_linkage` solved for the current.
+    """Current [A] in the stator's axes from a flux linkage.
 
     Args: linkage: of the stator [V*s]; flux: linkage of the magnets [V*s]; inductance_d, inductance_q: along and across
     the rotor flux [H].

@@ -139,15 +139,7 @@ Faulty = Callable[[str, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 class Readings:
-    """Sensors of a run: sampling instants, time stamps, and readings of the true signals.
-
-    Args:
-        seconds: duration of the run [s]
-        seed: seed of the run; every sensor has its own random stream
-
-    Attributes:
-        instants: by channel, the instants at which the true value is taken [s]
-    """
+    """Sensors of a run: sampling `instants` by channel [s], time stamps, and readings, each with a random stream."""
 
     def __init__(self, sensors: Mapping[str, Sensor], seconds: float, seed: int):
         self.sensors = sensors
@@ -171,11 +163,7 @@ class Readings:
 def true_channels(
     truths: Mapping[str, np.ndarray], measured: Collection[str], described: Mapping[str, str]
 ) -> dict[str, Channel]:
-    """True values of every channel at `TRUTH_RATE`, from time zero on.
-
-    Args:
-        truths: true values by channel; those of measured channels are ignored
-    """
+    """True values of every channel but the measured ones at `TRUTH_RATE`, from time zero on."""
     grids: dict[int, np.ndarray] = {}
     return {
         name: channel(name, grids.setdefault(len(v), np.arange(len(v)) / TRUTH_RATE), v, described)

@@ -371,9 +371,6 @@ def lock_to_lock(
         lock_angle: steering wheel angle at the locks [rad]
         sensors: sensors of the car; those of a production car if None
 
-    Returns:
-        the same channels as `drive`
-
     Source: Mohtat et al., Appendix A: 0, -570, +570, 0 degrees.
     """
     if not (rate > 0.0 and lock_angle > 0.0):
@@ -393,7 +390,7 @@ def _recorded(
 ) -> Recording:
     level = dict(tuning(car))[LEVEL] if friction is None else friction
     levels = level if isinstance(level, FrictionCourse) else FrictionCourse.constant(float(level))
-    car = with_friction(car, levels.levels[0])
+    car = override(car, {LEVEL: float(levels.levels[0])})
     faults = () if len(set(levels.levels)) == 1 else (Fault(element=LEVEL, behaviour=levels.behaviour()),)
     measured = SensorSet.production().only(CHANNELS) if sensors is None else sensors
     drawn = course.stretches if isinstance(course, NaturalDrive) else ()
@@ -405,9 +402,3 @@ def _recorded(
         advice = "check its parameters, or take `run`, which keeps what was recorded until then"
         raise ParameterError(f"{diverged}: the car left the road for good; {advice}")
     return outcome.recording
-
-
-def with_friction(car: EpsCar, level: float) -> EpsCar:
-    """The car with another level of dry friction at the column [N*m]."""
-    changed: EpsCar = override(car, {LEVEL: float(level)})
-    return changed

@@ -122,12 +122,7 @@ class Scatter(UsualScatter):
     def from_table(
         cls, table: Mapping[str, Any], document: Document, location: Location = (), base: Scatter | None = None
     ) -> Scatter:
-        """Scatter from a table of a file.
-
-        Args:
-            table: fields of this class; in `parameters` a number is a log-normal deviation, a table is a `Spread`
-            base: scatter whose values are kept where the table has none; the defaults if None
-        """
+        """Scatter from a table of fields; in `parameters` a number is a log-normal deviation, a table a spread."""
         plain, place, base = dict(table), tuple(location), base or cls()
         given = plain.pop("parameters", {})
         usual = {each.name: getattr(base, each.name) for each in fields(UsualScatter)}

@@ -1,7 +1,7 @@
 """Body, wheels and tyres of the virtual cars."""
 
-from tierod_lab.ground.chassis.single_track import SingleTrack, SingleTrackMotion
-from tierod_lab.ground.chassis.two_track import Axle, Kingpins, TwoTrack, TwoTrackMotion, demonstrator
+from tierod_lab.ground.chassis.single_track import SingleTrack
+from tierod_lab.ground.chassis.two_track import Axle, Kingpins, TwoTrack, demonstrator
 from tierod_lab.ground.chassis.tyres import TYRES, Tyre
 
 __all__ = [
@@ -9,9 +9,7 @@ __all__ = [
     "Axle",
     "Kingpins",
     "SingleTrack",
-    "SingleTrackMotion",
     "TwoTrack",
-    "TwoTrackMotion",
     "Tyre",
     "demonstrator",
 ]

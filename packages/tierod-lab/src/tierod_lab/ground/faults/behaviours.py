@@ -24,12 +24,7 @@ class Chance:
     """Random numbers of one fault in one run.
 
     A loop at 1 kHz and a recorded channel at 100 Hz get the same spikes, the same lost frames, and the same noise where
-    their instants coincide.
-
-    Args:
-        start: onset of the fault [s]
-        horizon: duration from the onset for which random processes are drawn [s]
-        rate: sampling rate of the element [Hz]
+    their instants coincide. Random processes are drawn for a horizon [s] from the onset of the fault [s] on.
     """
 
     def __init__(self, key: tuple[int, ...], start: float, horizon: float, rate: float = 100.0):

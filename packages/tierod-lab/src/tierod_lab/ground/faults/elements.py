@@ -172,7 +172,7 @@ class Reach:
         role = PREFIXES[prefix]
         others = [f"'{each}{plain}'" for each, kind in PREFIXES.items() if plain in known[kind]]
         instead = f"; write {' or '.join(others)}" if others else nearest(plain, known[role])
-        return f"{_NO[role]} '{plain}'{instead}"
+        return f"{_WORDS[role][1]} '{plain}'{instead}"
 
     def _target(self, role: str, name: str, behaviour: Behaviour) -> Target:
         if role == ACTUATOR and isinstance(behaviour.core, Sluggish):
@@ -201,23 +201,18 @@ def _chosen(name: str, roles: list[str], behaviour: Behaviour) -> list[str]:
     for role in roles:
         if role not in fits:
             possible = sorted(each for each, kinds in BEHAVIOURS.items() if role in kinds.fits)
-            message = f"'{kind}' does not fit '{name}', {_WORDS[role]}; possible: {', '.join(possible)}"
+            message = f"'{kind}' does not fit '{name}', {_WORDS[role][0]}; possible: {', '.join(possible)}"
             if len(roles) > 1 and SIGNAL in fits:
                 message += f"; or leave the loop alone with 'sensor.{name}'"
             raise MisfitError(message)
     return roles
 
 
+# What an element of a role is, and what is said if there is none of a name
 _WORDS = {
-    SIGNAL: "a recorded signal",
-    LOOP: "which a control unit of the car reads",
-    ACTUATOR: "an actuator",
-    PARAMETER: "a parameter of the car",
-    SURROUNDING: "something around the car",
-}
-_NO = {
-    SIGNAL: "no sensor records",
-    LOOP: "no control unit of the car reads",
-    ACTUATOR: "no actuator of the car is called",
-    PARAMETER: "no parameter of the car is called",
+    SIGNAL: ("a recorded signal", "no sensor records"),
+    LOOP: ("which a control unit of the car reads", "no control unit of the car reads"),
+    ACTUATOR: ("an actuator", "no actuator of the car is called"),
+    PARAMETER: ("a parameter of the car", "no parameter of the car is called"),
+    SURROUNDING: ("something around the car", ""),
 }
