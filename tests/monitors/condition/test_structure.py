@@ -19,8 +19,10 @@ from tierod.monitors.condition.signals import (
     PLACES,
     SENSORS,
     ConditionSample,
+    further_sensors,
+    limitations,
+    vehicle_structure,
 )
-from tierod.monitors.condition.structure import further_sensors, limitations, vehicle_structure
 from tierod.vehicles import load
 
 VEHICLE = load("smartload")

@@ -98,6 +98,11 @@ def test_a_wrong_sign_or_scale_is_named_with_its_size(factors, said):
     assert re.search(said, cause(scaled(turning(), **factors)))
 
 
+def test_wheel_speeds_in_km_h_are_named_without_the_lateral_acceleration_too():
+    signals = scaled(turning(), **{LEFT: 3.6, RIGHT: 3.6, "lateral_acceleration": np.nan})
+    assert cause(signals).startswith("the values of wheel speed rear left and wheel speed rear right look like km/h")
+
+
 def test_swapped_wheels_are_named():
     signals = turning()
     assert "left and right rear wheel speeds are swapped" in cause(

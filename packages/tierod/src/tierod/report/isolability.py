@@ -10,8 +10,7 @@ import numpy as np
 
 from tierod.core.content import Cells, Chart, Heading, Item, Panel, Table
 from tierod.methods.analysis.structure import Isolability, SensorGain, gain_of_sensors, isolability
-from tierod.monitors.condition.signals import MOTORS, listed
-from tierod.monitors.condition.structure import further_sensors, rolls, vehicle_structure
+from tierod.monitors.condition.signals import MOTORS, further_sensors, listed, rolls, vehicle_structure
 from tierod.report.display import words
 from tierod.report.html import Analysis
 from tierod.vehicles import Vehicle, load

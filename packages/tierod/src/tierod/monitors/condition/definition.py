@@ -26,8 +26,8 @@ from tierod.monitors.condition.signals import (
     ConditionSample,
     hypotheses,
     hypotheses_of_cars,
+    rolls,
 )
-from tierod.monitors.condition.structure import rolls
 from tierod.monitors.condition.vehicle_filter import LeaveOutFilter, prices
 from tierod.monitors.condition.weighing import Limits, Testability, Weighing
 from tierod.monitors.condition.wiring import WIRING

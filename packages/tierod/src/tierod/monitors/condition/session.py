@@ -49,9 +49,9 @@ from tierod.monitors.condition.signals import (
     TARGETS,
     CarParameters,
     ConditionSample,
+    limitations,
     listed,
 )
-from tierod.monitors.condition.structure import limitations
 from tierod.monitors.condition.wiring import ClockLeap, Problem, Wiring
 from tierod.monitors.session import Conclusion
 from tierod.monitors.stuck import Stuck

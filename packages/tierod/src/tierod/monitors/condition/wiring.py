@@ -235,6 +235,10 @@ def scaled(by_geometry: Signals, understeering: Signals, limit: float) -> tuple[
     name, size = _odd(understeering, _ratio, math.log(limit))
     if not name or name != _odd(by_geometry, _ratio, math.log(limit))[0]:
         return ()
+    faster = math.exp(-size)
+    if name == YAW_SENSOR and abs(faster / shown(SIGNALS[WHEELS[0]].unit)[0] - 1.0) < LIKE_A_UNIT:
+        # Wheels and angle rest on the speed, and without the lateral acceleration only the yaw rate contradicts it.
+        return (wrong_unit(WHEELS, f"they are {faster:.3g} times the values from the yaw rate", faster),)
     cause = f"{YAW[name].scaled}: it is {math.exp(size):.3g} times the value from the others"
     return (wrong_unit(YAW[name].elements or ("lateral_acceleration",), cause, math.exp(size)),)
 

@@ -15,8 +15,7 @@ from tierod.methods.identification.drives import SIGNALS
 from tierod.methods.identification.vehicle import VehicleIdentification, Zeros
 from tierod.methods.identification.vehicle_judgement import LEARNT
 from tierod.monitors.condition.calibration import ConditionCalibration, calibrate_condition, calibrate_motion
-from tierod.monitors.condition.signals import ConditionSample
-from tierod.monitors.condition.structure import rolls
+from tierod.monitors.condition.signals import ConditionSample, rolls
 from tierod.monitors.friction.signals import SteeringSample
 from tierod.monitors.own_car import identify_own_car
 from tierod.report.display import number
