@@ -15,6 +15,7 @@ from tierod.io.proposal.words import counts_turns, meant_by
 from tierod.io.readers import load_channel_map, read
 from tierod.io.readers.source import Column
 from tierod.io.signs import sign_warnings
+from tierod.monitors.diagnose import diagnose
 from tierod.vehicles import load
 
 STEP, LENGTH, TRACK, WHEELBASE, RATIO = 0.02, 120.0, 1.55, 2.6, 1 / 16.0
@@ -290,6 +291,11 @@ def test_a_sign_bit_belongs_to_its_magnitude(tmp_path):
         read(path, channel_map=tmp_path / "plain.toml", names=["yaw_rate", "lateral_acceleration"])
     )
     assert warning.startswith("yaw_rate is never negative though lateral_acceleration goes to both sides")
+    names = {"LK_Lenkradwinkel [deg]": "steering_wheel_angle", "FD_v_Signal [km/h]": "vehicle_speed"}
+    (tmp_path / "all.toml").write_text(plain + "".join(f'[signals.{s}]\nsource = "{t}"\n' for t, s in names.items()))
+    finding = diagnose(read(path, channel_map=tmp_path / "all.toml"), load("midsize-eps"), monitor="sideslip").finding
+    assert finding.headline.endswith("steering_wheel_angle has no sign")
+    assert "sign_from" in finding.action
     (tmp_path / "plain.toml").write_text(plain + 'sign_from = "FD_VZ_Gierate"\n')
     with pytest.raises(
         InputError, match="'FD_VZ_Gierate' for yaw_rate, which is not a column of the file; did you mean"

@@ -27,6 +27,8 @@ SIGNALS = sorted({name for keys in GROUPS.values() for key in keys for name in R
 WHEELS = ("wheel_speed_rear_left", "wheel_speed_rear_right")
 NAMES = ("vehicle_speed", "yaw_rate", "lateral_acceleration")
 KMH = 3.6
+MAGNITUDE = " is never negative"  # words of the remark on a signal whose sign is in another column
+SIGN_FROM = 'name the column of its sign in the channel map: sign_from = "COLUMN"'
 TURNS = ("steering_wheel_angle", "yaw_rate", "lateral_acceleration")  # signals that a turn to the right makes negative
 BOTH_SIDES = 0.1  # share of a drive to either side from which a signal goes to both [-]
 
@@ -82,10 +84,8 @@ def _magnitudes(columns: Mapping[str, np.ndarray]) -> tuple[str, ...]:
     for name, values in turns.items():
         alike = (compared(values, np.abs(turns[other]), SECONDS * RATE) for other in both)
         if not sides[name] and any(each is not None and each.correlation() > STRONG for each in alike):
-            found.append(
-                f"{name} is never negative though {' and '.join(both)} {'goes' if len(both) == 1 else 'go'} to both "
-                'sides: the column is a magnitude; name the column of its sign in the channel map: sign_from = "COLUMN"'
-            )
+            goes = f"{' and '.join(both)} {'goes' if len(both) == 1 else 'go'} to both sides"
+            found.append(f"{name}{MAGNITUDE} though {goes}: the column is a magnitude; {SIGN_FROM}")
     return tuple(found)
 
 

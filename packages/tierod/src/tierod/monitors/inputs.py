@@ -18,6 +18,7 @@ from tierod.core.series import Stride
 from tierod.core.shown import in_words
 from tierod.core.signals import SIGNALS
 from tierod.io.derive import ingredients
+from tierod.io.signs import MAGNITUDE, SIGN_FROM
 from tierod.methods.relations import witnesses
 from tierod.methods.running import (
     Share,
@@ -305,7 +306,12 @@ class InputChecks:
     def _contradictions(self) -> Iterator[Fact]:
         """Contradictions between signals, and noise, which explain why nothing was identifiable."""
         for each in self.quality.contradictions():
-            yield self._doubt(each, re.split(r" \(|: ", each)[0])
+            name, magnitude, _ = each.partition(MAGNITUDE)
+            if magnitude:
+                reason, action = f"{name} has no sign", f"{SIGN_FROM}, and judge again"
+                yield Fact("defect", each, reason, action, (name,), Status.NOT_IDENTIFIABLE, True, True, True)
+            else:
+                yield self._doubt(each, re.split(r" \(|: ", each)[0])
         for each in self.quality.noise_warnings():
             yield self._doubt(each, each.partition(" by ")[0])
 
