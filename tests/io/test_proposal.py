@@ -293,7 +293,9 @@ def test_a_sign_bit_belongs_to_its_magnitude(tmp_path):
     assert warning.startswith("yaw_rate is never negative though lateral_acceleration goes to both sides")
     names = {"LK_Lenkradwinkel [deg]": "steering_wheel_angle", "FD_v_Signal [km/h]": "vehicle_speed"}
     (tmp_path / "all.toml").write_text(plain + "".join(f'[signals.{s}]\nsource = "{t}"\n' for t, s in names.items()))
-    finding = diagnose(read(path, channel_map=tmp_path / "all.toml"), load("midsize-eps"), monitor="sideslip").finding
+    (finding,) = diagnose(
+        read(path, channel_map=tmp_path / "all.toml"), load("midsize-eps"), monitor="sideslip"
+    ).findings
     assert finding.headline.endswith("steering_wheel_angle has no sign")
     assert "sign_from" in finding.action
     (tmp_path / "plain.toml").write_text(plain + 'sign_from = "FD_VZ_Gierate"\n')
