@@ -10,7 +10,7 @@ from tierod.models.linear import LinearSystem, sampled
 from tierod.models.steering_column import SteeringColumn
 from tierod_lab.papers.column import model_datasets
 from tierod_lab.papers.column.columns import EIGENVALUES, SETS, balanced_reduction, gain_of_bar, reduced_columns
-from tierod_lab.papers.column.model_datasets import Excitation, rational_rank
+from tierod_lab.papers.column.model_datasets import Excitation
 from tierod_lab.studies.metrics import Frame
 
 COLUMN = linear_column(SteeringColumn, SETS["S1"])
@@ -74,11 +74,6 @@ def test_the_gain_is_that_of_python_control_also_of_a_sampled_column():
     low, step = frequency[:20], 2j * np.pi * frequency[:20] * 1e-4
     held = gain_of_bar(sampled(COLUMN, 1e-4), low, 1e-4)
     np.testing.assert_allclose(held, exact[:20] * (1.0 - np.exp(-step)) / step, rtol=2e-3)
-
-
-def test_rational_arithmetic_rounds_nothing():
-    assert rational_rank(LinearSystem.of([[0.0, 1e-30], [0.0, 0.0]], [[1.0, 0.0]])) == 2
-    assert rational_rank(LinearSystem.of(np.diag([-1.0, -1.0]), [[1.0, 1.0]])) == 1
 
 
 def test_ranks_by_every_method_stand_beside_the_printed_ones():
