@@ -20,7 +20,6 @@ from tierod.physics.steering import (
     weight_torque,
 )
 from tierod_lab.papers.friction.joint_model import yaw_acceleration_from_aligning
-from tierod_lab.papers.friction.variance_method import aligning_torque_from_steer
 
 MASS, INERTIA, FRONT, REAR, TRAIL = 1600.0, 2800.0, 1.14, 1.69, 0.05
 FRONT_STIFFNESS, REAR_STIFFNESS, RATIO = 110e3, 130e3, 1.0 / 15.5
@@ -34,14 +33,10 @@ def linear_axles(angle, sideslip, yaw_rate, speed):
 
 
 @given(st.floats(-1, 1), st.floats(-0.1, 0.1), st.floats(-0.5, 0.5), st.floats(3, 60))
-def test_three_roads_to_the_aligning_torque_meet(angle, sideslip, yaw_rate, speed):
+def test_force_and_yaw_acceleration_follow_from_each_other(angle, sideslip, yaw_rate, speed):
     front, rear = linear_axles(angle, sideslip, yaw_rate, speed)
     lateral = single_track.lateral_acceleration(front, rear, MASS)
     yaw_acceleration = single_track.yaw_acceleration(front, rear, INERTIA, FRONT, REAR)
-    stiffness = {"front_stiffness": FRONT_STIFFNESS, "rear_stiffness": REAR_STIFFNESS}
-    car = {"mass": MASS, "wheelbase": FRONT + REAR, "trail": TRAIL, "steering_ratio": RATIO, **stiffness}
-    from_steer = aligning_torque_from_steer(angle, lateral, yaw_rate, speed, **car)
-    assert from_steer == pytest.approx(TRAIL * front, abs=1e-6)
     assert aligning.front_force_from_motion(lateral, yaw_acceleration, **BODY) == pytest.approx(front, abs=1e-5)
     again = yaw_acceleration_from_aligning(TRAIL * front, lateral, trail=TRAIL, **BODY)
     assert again == pytest.approx(yaw_acceleration, abs=1e-8)
