@@ -3,8 +3,9 @@ import shutil
 import pytest
 
 from exported_c import exported, needs_gcc, rounded
-from tierod.export.evidence.checks import FURTHER, SANITIZED, covered, misra, of_monitor, sanitized
+from tierod.export.evidence.checks import FURTHER, SANITIZED, misra, of_monitor, sanitized
 from tierod.export.evidence.comparison import differences, table
+from tierod.export.evidence.coverage import Stepped, covered
 from tierod.export.subject import subject_of_block
 from tierod.export.vectors import input_table, random_inputs, vectors_of
 from watched_torque import Watch
@@ -39,13 +40,16 @@ def test_every_build_is_compared_and_an_absent_compiler_is_named(watch, folder, 
 
 
 @needs_gcc
-def test_coverage_and_sanitizers_are_counted(watch, folder):
+def test_coverage_and_sanitizers_are_counted_and_branches_that_are_left_by_kind(watch, folder):
     face = exported(watch, folder)
     for name in (FURTHER, SANITIZED):
         shutil.copy(folder / "test/random.csv", folder / name)
-    rows = {name: result for name, _, result in covered(of_monitor(face), folder).rows}
+    whole, left, *_ = covered(of_monitor(face), folder, Stepped(face.program, face.graph.state))
+    rows = {name: result for name, _, result in whole.rows}
     assert float(rows["statements executed"].split()[0]) > 95.0
     assert float(rows["branches taken"].split()[0]) > 60.0
+    kinds = dict(left.rows)
+    assert int(kinds["the end of a counter of steps, after 2^32 steps: 497 days at 100 Hz"]) >= 1
     assert not list(folder.glob("*.gcov"))
     assert sanitized(of_monitor(face), folder, "gcc")[2] == "0 reports in 300 steps"
     assert "not run" in sanitized(of_monitor(face), folder, "no-such-compiler")[2]

@@ -1,8 +1,9 @@
-"""Inputs of a drive, or random and failing ones, and test vectors: outputs in double precision, and tolerances."""
+"""Inputs of a drive, or random and altered ones, and test vectors: outputs in double precision, and tolerances."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated
@@ -133,6 +134,22 @@ def disturbed_inputs(inputs: np.ndarray, count: int, seed: int = SEED) -> np.nda
     return values
 
 
+def altered_inputs(inputs: np.ndarray, count: int) -> Iterator[np.ndarray]:
+    """Samples (at most count, inputs) of a drive in which one signal is scaled or inverted throughout.
+
+    Such a drive belongs to a car that no vehicle file describes, and reaches the plausibility checks of a monitor.
+
+    Args:
+        inputs: (n, inputs), the drive
+    """
+    for column in range(inputs.shape[1]):
+        for factor in FACTORS:
+            values = inputs[:count].copy()
+            values[:, column] *= factor
+            yield values
+
+
+FACTORS = (-1.0, 0.2, 4.0)  # Factors of the changed signal of an altered drive
 DISTURBED_EVERY = 1500  # Interval between two failures [samples]
 
 

@@ -119,6 +119,7 @@ class Checked(NamedTuple):
     sanitized: tuple[tuple[str, str], ...]  # arguments of the runs with sanitizers, likewise
     counted: str  # name of the function whose instructions are counted; "" for none
     reasons: Mapping[str, str]  # justification of each departure from MISRA C:2012, by rule number
+    varied: str = ""  # program that runs the export with changed parameters, for the coverage; "" for none
 
     @property
     def sources(self) -> tuple[str, ...]:
@@ -203,32 +204,3 @@ def misra(export: Checked, folder: Path) -> Table:
     ]
     note = "Of the rules that this addon checks; rules of the whole program and directives need a tool of their own."
     return Table(title, header, tuple(rows) or (("none", "0", "no departure was found"),), note)
-
-
-_PATTERNS = (
-    ("statements executed", r"Lines executed:([\d.]+)% of (\d+)"),
-    ("branches taken", r"Taken at least once:([\d.]+)% of (\d+)"),
-)
-
-
-def covered(export: Checked, folder: Path) -> Table:
-    """Statement and branch coverage of all runs together."""
-    title, header = "Coverage by vectors, random samples and failed signals", ("what", "tool", "result")
-    compiled = ["gcc", "-std=c99", "-O0", "-I.", "--coverage"]
-    built = ran([*compiled, "-c", export.code, "-o", "build/covered.o"], folder)
-    if built.code == 0:
-        others = [each for each in export.sources if each != export.code]
-        built = ran([*compiled, *others, "build/covered.o", "-o", "build/covered", "-lm"], folder)
-    if built.code != 0:
-        return Table(title, header, (("coverage", version("gcov"), f"not run: {built.first}"),))
-    # gcov accumulates counts over runs, so those of an earlier run are removed first.
-    (folder / "build/covered.gcda").unlink(missing_ok=True)
-    for given in export.runs:
-        ran(["build/covered", *given], folder)
-    text = ran(["gcov", "-b", "-c", "-o", "build/covered.gcda", export.code], folder).text
-    for left in folder.glob("*.gcov"):
-        left.unlink()
-    part = text.partition(f"File '{export.code}'")[2]
-    found = [(name, re.search(pattern, part)) for name, pattern in _PATTERNS]
-    rows = [(name, version("gcov"), f"{m[1]} % of {m[2]}" if m else "not found in the report") for name, m in found]
-    return Table(title, header, tuple(rows))

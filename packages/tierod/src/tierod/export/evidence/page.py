@@ -8,13 +8,15 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from tierod.core.content import Heading, Item, Table
 from tierod.core.files import write_text
 from tierod.core.graph.analysis import operation_count
+from tierod.core.graph.operations import with_picks
+from tierod.export.bank import BankInterface
 from tierod.export.c_export import write_folder
 from tierod.export.evidence.checks import (
     AT_ONCE,
@@ -24,7 +26,6 @@ from tierod.export.evidence.checks import (
     Checked,
     checked,
     checks,
-    covered,
     misra,
     of_monitor,
     ran,
@@ -41,14 +42,19 @@ from tierod.export.evidence.comparison import (
     differences,
     table,
 )
+from tierod.export.evidence.coverage import Stepped, covered
 from tierod.export.evidence.targets import GCC, M7, R5, targets
 from tierod.export.fault_memory import NAMES
 from tierod.export.interface import Interface
+from tierod.export.subject import elements
 from tierod.export.vectors import (
+    FACTORS,
     MOST_SANITIZED,
     SANITIZED_WORK,
+    SEED,
     Vectors,
     affordable,
+    altered_inputs,
     disturbed_inputs,
     input_table,
     rounded,
@@ -76,7 +82,7 @@ def memory_evidence(folder: Path) -> Analysis:
         Heading("Checks"),
         checked([call() for call in checks(MEMORY, folder)]),
         misra(MEMORY, folder),
-        covered(MEMORY, folder),
+        *covered(MEMORY, folder),
         Heading("Target"),
         Table("Cortex-M7", ("what", "result"), _sized(folder), f"{version(GCC)}; -O2, {' '.join(M7)}."),
     ]
@@ -124,6 +130,55 @@ def _sized(folder: Path) -> tuple[tuple[str, str], ...]:
     )
 
 
+CALIBRATION_FACTORS = (0.2, 5.0)  # Factors applied to the changed parameter
+
+CALIBRATED_PROGRAM, SAMPLES = "build/calibrated.c", "build/calibrated.bin"
+
+_RUNS = """\
+int main(void)
+{
+    static double rows[STEPS][INPUTS], out[OUTPUTS + 1];
+    static const double factors[] = {FACTORS};
+    FILE *file = fopen("SAMPLES", "rb");
+    size_t n = (file == NULL) ? 0u : fread(rows, sizeof rows[0], STEPS, file);
+
+    for (size_t i = 0; i < COUNT; i++) {
+        for (size_t f = 0; f < sizeof factors / sizeof factors[0]; f++) {
+            PREFIX_parameters_t p = PREFIX_parameters;
+            PREFIX_real_t *const members[] = {
+                MEMBERS
+            };
+            *members[i] = (PREFIX_real_t)(*members[i] * factors[f]);
+            PREFIX_prepare(&p, &constants);
+            PREFIX_init(&p, &state);
+            for (size_t k = 0; k < n; k++) { one(rows[k], out); }
+        }
+    }
+    return (n == 0u) ? 1 : 0;
+}
+"""
+
+
+def write_calibrated(face: Interface, folder: Path, inputs: np.ndarray) -> str:
+    """Write a program that runs over samples with each parameter changed in turn, and return its path.
+
+    Args:
+        inputs: (n, inputs), samples of every run
+    """
+    members = elements(face.parameters)
+    text = (
+        _RUNS.replace("PREFIX", face.prefix).replace("STEPS", str(len(inputs))).replace("COUNT", str(len(members)))
+        .replace("FACTORS", ", ".join(map(repr, CALIBRATION_FACTORS))).replace("SAMPLES", SAMPLES)
+        .replace("MEMBERS", ",\n                ".join(f"&p.{each}" for each in members))
+    )  # fmt: skip
+    write_text(
+        folder / CALIBRATED_PROGRAM,
+        f'#define TIEROD_NO_MAIN\n#include "../test/compare.c"\n\n#include <stdio.h>\n\n{text}',
+    )
+    (folder / SAMPLES).write_bytes(np.ascontiguousarray(inputs, dtype=float).tobytes())
+    return CALIBRATED_PROGRAM
+
+
 def evidence(face: Interface, folder: Path, vectors: Vectors, samples: Mapping[str, np.ndarray]) -> Analysis:
     """Compare, check and measure an export; results of missing tools are marked as such.
 
@@ -147,7 +202,7 @@ def evidence(face: Interface, folder: Path, vectors: Vectors, samples: Mapping[s
     with ThreadPoolExecutor(AT_ONCE) as pool:
         # The longest tasks first, so that none runs alone at the end; they are independent of each other.
         departures = pool.submit(misra, export, folder)
-        missed = pool.submit(covered, export, folder)
+        missed = pool.submit(covered, _with_altered(face, folder, first), folder, *_stepped(face))
         rows = [pool.submit(each) for each in checks(export, folder)]
         cost = pool.submit(targets, face, folder, vectors)
     found = differences(face, folder, samples)
@@ -158,7 +213,7 @@ def evidence(face: Interface, folder: Path, vectors: Vectors, samples: Mapping[s
         Heading("Checks"),
         checked([each.result() for each in rows]),
         departures.result(),
-        missed.result(),
+        *missed.result(),
         Heading("Targets"),
         cost.result(),
         Heading("Operations"),
@@ -172,6 +227,41 @@ def _short(face: Interface, parts: Sequence[np.ndarray]) -> np.ndarray:
     """Samples for the sanitizers, which slow a step down some twentyfold: the beginning of each part."""
     share = affordable(face.subject, MOST_SANITIZED, SANITIZED_WORK) / sum(map(len, parts))
     return np.concatenate([part[: math.ceil(min(share, 1.0) * len(part))] for part in parts])
+
+
+def _stepped(face: Interface) -> tuple[Stepped, ...]:
+    found = with_picks(face.program)
+    if not isinstance(face, BankInterface):
+        return (Stepped(found, face.graph.state),)
+    lane = Stepped(with_picks(face.lane.program), face.lane.graph.state, ("_lane",))
+    return Stepped(found, face.graph.state), lane
+
+
+# Most samples of all altered drives together; fewest samples per altered drive for which a run is worthwhile
+ALTERED, SHORTEST = 600_000, 500
+# Operations that all altered drives may take; a step of a bank takes 1 ms where branches are counted
+COVERED_WORK: Annotated[float, ""] = 16e9
+FAILING = 20_000  # Samples with further failed signals, where a step is expensive
+# Factor by which more samples are run with changed parameters, because verdicts take minutes of driving
+CALIBRATED = 10
+
+
+def _with_altered(face: Interface, folder: Path, drive: np.ndarray) -> Checked:
+    export, subject = of_monitor(face), face.subject
+    count = affordable(subject, ALTERED, COVERED_WORK) // (len(FACTORS) * max(len(subject.sample), 1))
+    runs = list(export.runs)
+    for number, values in enumerate(altered_inputs(drive, count) if count >= SHORTEST else ()):
+        name = f"build/altered-{number}.csv"
+        write_text(folder / name, input_table(subject, Vectors(rounded(values), drive[:0], "")))
+        runs.append((name, "test/expected.csv"))
+    if affordable(subject, ALTERED) < ALTERED:
+        # With an expensive step the samples so far contained few failures.
+        values = disturbed_inputs(drive, affordable(subject, FAILING, COVERED_WORK), SEED + 1)
+        write_text(folder / "build/failing.csv", input_table(subject, Vectors(rounded(values), drive[:0], "")))
+        runs.append(("build/failing.csv", "test/expected.csv"))
+    each = CALIBRATED * affordable(subject, ALTERED) // (len(CALIBRATION_FACTORS) * max(len(face.graph.tuning), 1))
+    varied = write_calibrated(face, folder, rounded(drive[:each])) if each >= SHORTEST else ""
+    return export._replace(runs=tuple(runs), varied=varied)
 
 
 def _summary(face: Interface, found: list[Difference]) -> str:
