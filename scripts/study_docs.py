@@ -21,6 +21,11 @@ STUDY_PAGES = Path(__file__).resolve().parent.parent / "docs" / "reference" / "s
 Claim = Mapping[str, Any]  # Entry of claims.json
 
 IRREPRODUCIBLE = "does not come out"
+QUICK = "Of a quick run"  # Begin of the note of a claim whose run was `--quick`
+QUICK_PAGE = (
+    "**The figures are those of a quick run** (`tierod study {name} --quick`): few and short drives. They show that "
+    "the study works, and are not reliable; a full run takes up to an hour or more."
+)
 COUNTED = re.compile(
     r"^(\d+) claims: (\d+) hold, (\d+) do not, (\d+) of the source do not come out, (\d+) not measured", re.MULTILINE
 )
@@ -49,6 +54,8 @@ def page(name: str, claims: Iterable[Claim]) -> str:
         "[What the columns mean](../../how-to/run-studies.md).",
         counted,
     ]
+    if any(claim["note"].startswith(QUICK) for claim in judged):
+        parts.insert(2, QUICK_PAGE.format(name=name))
     if missed:
         header = ("claim", "ours", "goal", "cause, and what would mend it", "id")
         causes, shared = _shared([each["cause"] for each in missed])
@@ -101,14 +108,16 @@ def _number(value: float | str) -> str:
 def overview() -> str:
     rows, total = [], [0] * 5
     for name in STUDIES:
-        counted = COUNTED.search((STUDY_PAGES / f"{name}.md").read_text(encoding="utf-8"))
+        text = (STUDY_PAGES / f"{name}.md").read_text(encoding="utf-8")
+        counted = COUNTED.search(text)
         if counted is None:
             continue
         numbers = [int(each) for each in counted.groups()]
         total = [before + each for before, each in zip(total, numbers, strict=True)]
-        rows.append([f"[{STUDIES[name].title}]({name}.md)", *map(str, numbers)])
-    rows.append(["**all**", *map(str, total)])
-    header = ("study", "claims", "hold", "do not hold", "of the source, do not come out", "not measured here")
+        run = "quick" if QUICK_PAGE.format(name=name) in text else "full"
+        rows.append([f"[{STUDIES[name].title}]({name}.md)", run, *map(str, numbers)])
+    rows.append(["**all**", "", *map(str, total)])
+    header = ("study", "run", "claims", "hold", "do not hold", "of the source, do not come out", "not measured here")
     return "\n\n".join((*OVERVIEW, table(header, rows))) + "\n"
 
 

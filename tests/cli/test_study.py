@@ -59,7 +59,9 @@ def test_a_quick_run_says_so(studies, tmp_path):
     studies(one=whole)
     assert main(["study", "one", "--quick", "-o", str(tmp_path)]) == 0
     assert "quick run" in (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert json.loads((tmp_path / "claims.json").read_text(encoding="utf-8"))[-1]["goal"] == "<= 0.01"
+    claims = json.loads((tmp_path / "claims.json").read_text(encoding="utf-8"))
+    assert claims[-1]["goal"] == "<= 0.01"
+    assert all("quick run" in claim["note"] for claim in claims)
 
 
 def test_a_thorough_run_asks_for_more_and_its_page_says_how(studies, tmp_path):

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 
 NO_CAUSE = "not known"  # Text in place of the cause if a claim does not hold and no cause is stated
+QUICK = "Of a quick run over a few minutes of driving: the figure is not reliable."  # Note of each claim of such a run
 
 
 def study(
@@ -63,6 +64,7 @@ def _results_folder() -> Path | None:
 
 def _run(chosen: Study, effort: Effort, folder: Path) -> list[Path]:
     import sys
+    from dataclasses import replace
 
     from tierod.core.claims import Claim, claims_document
     from tierod.core.content import Item, Table
@@ -84,7 +86,8 @@ def _run(chosen: Study, effort: Effort, folder: Path) -> list[Path]:
             if isinstance(item, Table):
                 sys.stdout.write(item.markdown() + "\n")
                 sys.stdout.flush()
-    _print([item for item in items if isinstance(item, Claim)])
+    claims = [item for item in items if isinstance(item, Claim)]
+    _print(claims)
     command = f"tierod study {chosen.name}" + " --quick" * effort.quick + " --thorough" * effort.thorough
     sys.stdout.write(f"\nPrinted by `{command}` of tierod {__version__}\n")
     page = StudyPage(
@@ -96,10 +99,9 @@ def _run(chosen: Study, effort: Effort, folder: Path) -> list[Path]:
         Origin.now(command),
         "This was a quick run over a few minutes of driving. Its figures are not reliable." if effort.quick else "",
     )
-    texts = {
-        "report.html": render_study(page),
-        "claims.json": claims_document([item for item in items if isinstance(item, Claim)]),
-    }
+    if effort.quick:
+        claims = [replace(claim, note=f"{QUICK} {claim.note}".strip()) for claim in claims]
+    texts = {"report.html": render_study(page), "claims.json": claims_document(claims)}
     return [*written, *(write_text(folder / file, text) for file, text in texts.items())]
 
 
