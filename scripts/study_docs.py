@@ -23,8 +23,8 @@ Claim = Mapping[str, Any]  # Entry of claims.json
 IRREPRODUCIBLE = "does not come out"
 QUICK = "Of a quick run"  # Begin of the note of a claim whose run was `--quick`
 QUICK_PAGE = (
-    "**The figures are those of a quick run** (`tierod study {name} --quick`): few and short drives. They show that "
-    "the study works, and are not reliable; a full run takes up to an hour or more."
+    "**The figures are those of a quick run** (`tierod study {name} --quick`), over few and short drives: they are not "
+    "reliable."
 )
 COUNTED = re.compile(
     r"^(\d+) claims: (\d+) hold, (\d+) do not, (\d+) of the source do not come out, (\d+) not measured", re.MULTILINE
@@ -60,7 +60,7 @@ def page(name: str, claims: Iterable[Claim]) -> str:
         header = ("claim", "ours", "goal", "cause, and what would mend it", "id")
         causes, shared = _shared([each["cause"] for each in missed])
         rows = [
-            [_sentence(each), *_figures(each), cause, f"`{each['id']}`"]
+            [_sentence(each), *_figures(each), cause or "not known", f"`{each['id']}`"]
             for each, cause in zip(missed, causes, strict=True)
         ]
         parts += ["## What does not hold", table(header, rows), *shared]
@@ -91,8 +91,10 @@ def _group(claim: Claim) -> str:
 
 
 def _sentence(claim: Claim) -> str:
-    printed = claim["printed"]
-    return str(claim["claim"]) + ("" if printed is None else f" Printed: {_number(printed)}.")
+    text, printed = str(claim["claim"]), claim["printed"]
+    if printed is None or re.search(rf"\b{re.escape(_number(printed))}\b", text):
+        return text
+    return f"{text} Printed: {_number(printed)}."
 
 
 def _figures(claim: Claim) -> tuple[str, str]:
