@@ -131,3 +131,9 @@ def test_stamps_that_say_nothing_are_in_no_doubt(stamps):
 def test_slips_in_the_entry_of_the_time(time, words):
     with pytest.raises(InputError, match=words):
         parse_channel_map({"time": time})
+
+
+def test_dates_as_digits_of_one_number_are_no_milliseconds(tmp_path):
+    path = saved(tmp_path, "csv", {"time": 20240513090500.0 + 0.05 * np.arange(200), "yaw_rate": np.ones(200)})
+    with pytest.raises(InputError, match="a date as digits; give seconds, or dates that read"):
+        read(path)

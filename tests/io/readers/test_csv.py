@@ -328,6 +328,19 @@ _LAYOUTS = {
     "plain": ("time,addr,bus,data", "{t:.2f},0x120,0,0x{hex}"),
     "spaces": ("Time;CAN ID;DLC;Data", "{t:.2f};120h;8;{spaced}"),
     "savvycan": ("Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2,D3,D4,D5,D6,D7,D8", "{us},00000120,false,Rx,0,8,{cells},"),
+    "epoch": (
+        "TimestampEpoch;BusChannel;ID;IDE;DLC;DataLength;Dir;EDL;BRS;DataBytes",
+        "{t:.2f};1;00000120;0;8;8;0;0;0;{hex}",
+    ),
+    "decimal bytes": (
+        "Time,Channel,ID,Flags,DLC,Data0,Data1,Data2,Data3,Data4,Data5,Data6,Data7,Counter,AbsTime",
+        "{t:.2f},1,288,0,8,{decimal},7,2024-05-13",
+    ),
+    "time of day": ("Time,Tx/Rx,Channel,Msg Type,ID,DLC,Data Byte(s)", "10:12:{t:05.2f},Rx,1,s,0x120,8,{spaced}"),
+    "brackets": (
+        "Timestamp,CAN ID,DLC,DATA[0],DATA[1],DATA[2],DATA[3],DATA[4],DATA[5],DATA[6],DATA[7],Flag",
+        "{t:.2f},0120,8,{cells},R",
+    ),
     "python-can": ("timestamp,arbitration_id,extended,remote,error,dlc,data", "{t:.2f},0x120,0,0,0,8,{coded}"),
 }
 
@@ -343,7 +356,15 @@ def test_rows_that_are_can_frames(tmp_path, layout):
         pairs = [text[at : at + 2] for at in range(0, 16, 2)]
         coded = base64.b64encode(data).decode()
         lines.append(
-            row.format(t=0.01 * k, us=10000 * k, hex=text, spaced=" ".join(pairs), cells=",".join(pairs), coded=coded)
+            row.format(
+                t=0.01 * k,
+                us=10000 * k,
+                hex=text,
+                spaced=" ".join(pairs),
+                cells=",".join(pairs),
+                coded=coded,
+                decimal=",".join(map(str, data)),
+            )
         )
     path = written(tmp_path, "\n".join([*lines, "broken,row"]) + "\n")
     found = read(path, dbc=tmp_path / "car.dbc")
@@ -353,3 +374,13 @@ def test_rows_that_are_can_frames(tmp_path, layout):
     assert "1 of 201 rows are no CAN frames" in " ".join(found.metadata["warnings"])
     with pytest.raises(InputError, match=r"200 CAN frames of 1 identifiers \(0x120\); a DBC file"):
         read(path)
+
+
+@pytest.mark.parametrize(
+    "names",
+    ["time,id,data,speed [m/s]", "time,id,d1,speed [m/s]", "time,name,value,speed [m/s]", "time,address,b1,speed"],
+)
+def test_usual_tables_with_names_of_frames_or_long_tables_stay_tables(tmp_path, names):
+    found = read(written(tmp_path, names + "\n" + "".join(f"{0.05 * k:.2f},17,{1000 + k},12.5\n" for k in range(100))))
+    assert len(found.channels) == 3
+    assert found["vehicle_speed"].values == pytest.approx(12.5)

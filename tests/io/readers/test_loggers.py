@@ -29,6 +29,10 @@ def _both(speed, yaw):
     return ("vehicle_speed", speed), ("yaw_rate", yaw)
 
 
+def _rows_of_numbers():
+    return np.column_stack([TIME, SPEED, YAW]).tolist()
+
+
 def _rows(row):
     lines = (row.format(t=t, v=v, r=r, deg=np.degrees(r)) for t, v, r in zip(TIME, SPEED, YAW, strict=True))
     return "".join(lines)
@@ -74,6 +78,51 @@ FILES = {
     "long table": (
         "drive.csv", "time [s];signal;value;unit\n" + "".join(_long(lambda t, name, x: f"{t:.3f};{name};{x:.6f};\n")),
     ),
+    "JSON of columns and rows": (
+        "drive.json",
+        json.dumps({"columns": ["time", "vehicle_speed", "yaw_rate"], "index": [], "data": _rows_of_numbers()}),
+    ),
+    "JSON with a structure for each signal": (
+        "drive.json", json.dumps({n: {"t": list(TIME), "v": list(x)} for n, x in _both(SPEED, YAW)}),
+    ),
+    "JSON with a list of signals": (
+        "drive.json",
+        json.dumps(
+            {"a": 1, "b": [{"name": n, "time": list(TIME), "values": list(x)} for n, x in _both(SPEED, YAW)]}
+        ),
+    ),
+    "JSON lines of rows": (
+        "drive.jsonl",
+        "".join(json.dumps(row) + "\n" for row in [["time", "vehicle_speed", "yaw_rate"], *_rows_of_numbers()]),
+    ),
+    "JSON of quantities with the stamps of ROS": (
+        "drive.jsonl",
+        "".join(
+            f'{{"stamp": {{"secs": 7, "nsecs": {round(1e9 * t)}}}, "speed": {{"value": {v}, "unit": "m/s"}}, '
+            f'"yaw_rate": {r}}}\n'
+            for t, v, r in _rows_of_numbers()
+        ),
+    ),
+    "a time before each signal": (
+        "drive.csv",
+        "Time_Speed [s];Speed [m/s];Time_Yaw [s];yaw_rate [rad/s]\n"
+        + "".join(f"{2.0 * t:.3f};{v:.6f};{t:.3f};{r:.6f}\n" for t, v, r in _rows_of_numbers()),
+    ),
+    "date and time of a day as digits": (
+        "drive.csv",
+        "Date,UTC Time,speed [m/s],yaw_rate [rad/s]\n"
+        + "".join(f"130524,0905{t:06.3f},{v:.6f},{r:.6f}\n" for t, v, r in _rows_of_numbers()),
+    ),
+    "long table in German": (
+        "fahrt.csv",
+        "Zeit;Signal;Wert;Einheit\n"
+        + "".join(_long(lambda t, name, x: f"{t:.3f};{name};{x:.6f};\n".replace(".", ","))),
+    ),
+    "long table with other columns below a comment": (
+        "drive.csv",
+        "#group,false\n_time,ecu,_field,_value,unit,quality,a\n"
+        + "".join(_long(lambda t, name, x: f"{t:.3f},EPS,{name},{x:.6f},,0,\n")),
+    ),
 }  # fmt: skip
 
 
@@ -88,6 +137,20 @@ def test_usual_exports_are_read(tmp_path, kind):
     assert np.diff(yaw.time) == pytest.approx(STEP, abs=2e-3)
     assert yaw.values == pytest.approx(YAW, abs=1e-5)
     assert speed.values == pytest.approx(SPEED if speed.unit == "m/s" else 3.6 * SPEED, abs=1e-4)
+
+
+def test_bytes_of_frames_in_json_are_lists_or_digits(tmp_path):
+    (tmp_path / "car.dbc").write_text(
+        'VERSION ""\n\nBS_:\n\nBU_: X\n\nBO_ 288 A: 8 X\n SG_ Angle : 0|16@1- (1,0) [0|0] "deg" X\n'
+    )
+    for data in (list, bytes.hex):
+        frames = [
+            {"timestamp": t, "arbitration_id": 288, "dlc": 8, "data": data(bytes([16, k % 100, *range(6)]))}
+            for k, t in enumerate(TIME)
+        ]
+        (tmp_path / "can.json").write_text(json.dumps(frames))
+        found = read(tmp_path / "can.json", dbc=tmp_path / "car.dbc")["A.Angle"]
+        assert found.values == pytest.approx(16 + 256 * (np.arange(COUNT) % 100))
 
 
 def test_can_frames_in_json_need_their_database(tmp_path):

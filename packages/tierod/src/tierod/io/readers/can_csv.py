@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import binascii
+import math
 import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -13,13 +14,19 @@ import numpy as np
 from tierod.core.errors import InputError
 from tierod.io.readers.clocks import is_time, seconds
 from tierod.io.readers.content import Content, whole_lines
+from tierod.io.readers.csv import instant
 from tierod.io.readers.frames import EXTENDED, IDENTIFIERS, Frames, Log, Remembered, bus_number, only_notes, stacked
 from tierod.io.readers.source import Format
 
 _ID = re.compile(r"(can|msg|message|frame|arbitration)?[ _]?(id|identifier|addr|address)( ?\(?(hex|dec)\)?)?$")
-_BYTES = re.compile(r"(data|payload)([ _]?bytes)?( ?\(?hex\)?)?$")
-_FIRST_BYTE = re.compile(r"(d|b|data|byte)[ _]?\(?0?[01]\)?$")
+_BYTES = re.compile(r"(data|payload)([ _]?byte(s|\(s\)))?( ?\(?hex\)?)?$")
+_BYTE = re.compile(r"(?:d|b|data|byte)[ _]?[(\[]?0?(\d\d?)[)\]]?$")
+_CELL = re.compile(r"(0x)?[0-9a-f]{0,2}$|1\d\d$|2[0-4]\d$|25[0-5]$", re.IGNORECASE)
 _HEX = re.compile(r"(0x)?[0-9a-f]{4,128}$|[0-9a-f]{2}( [0-9a-f]{2})+$|[a-z0-9+/]+={1,2}$", re.IGNORECASE)
+_NO_NUMBER = re.compile(
+    r"[a-f x+/=]|^0\d|^\d{16}", re.IGNORECASE
+)  # in bytes or identifiers: no decimal number of a usual table
+_FEWEST = 4  # Cells with a byte each, from which a table without lengths holds frames
 _TRUE = ("true", "1", "x", "ext", "extended", "yes")
 MICROSECONDS = 1e-6  # Unit of stamps without a point, as loggers write them [s]
 
@@ -30,7 +37,7 @@ class Layout:
     time: int  # places of the cells
     identifier: int
     data: int
-    many: bool  # whether every byte has a cell of its own, to the end of the row
+    many: int  # number of cells with one byte each; 0 where all are in one cell
     extended: int | None
     bus: int | None
     length: int | None
@@ -42,45 +49,79 @@ def layout_of(head: bytes) -> Layout | None:
     lines = [line for line in head[:4096].decode("utf-8-sig", "replace").splitlines() if line.strip()]
     for delimiter in ",;\t" if len(lines) > 1 else "":
         names = [cell.strip().strip('"').lower() for cell in lines[0].split(delimiter)]
-        found = {"time": next((at for at, name in enumerate(names) if is_time(name)), None)}
-        for role, pattern in (("identifier", _ID), ("data", _BYTES), ("first", _FIRST_BYTE)):
-            found[role] = next((at for at, name in enumerate(names) if pattern.match(name)), None)
-        data = found["data"] if found["first"] is None else found["first"]
-        if found["time"] is None or found["identifier"] is None or data is None:
+        place = {name: at for at, name in reversed(list(enumerate(names)))}
+        time, identifier, data = (
+            next((at for at, name in enumerate(names) if test(name)), None)
+            for test in (lambda name: is_time(name) or name.startswith("timestamp"), _ID.match, _BYTES.match)
+        )
+        bytewise = [at for at, name in enumerate(names) if (found := _BYTE.match(name)) and int(found[1]) < 64]
+        data = bytewise[0] if len(bytewise) > 1 else data
+        if time is None or identifier is None or data is None:
             continue
-        cells = [cell.strip().strip('"') for cell in lines[1].split(delimiter)]
-        many = found["first"] is not None
-        if len(cells) <= max(found["time"], found["identifier"], data) or not (many or _HEX.match(cells[data])):
-            continue
-        place = {name: at for at, name in enumerate(names)}
         extended, bus, length = (
             next((place[name] for name in some if name in place), None)
-            for some in (("extended", "ext", "ide"), ("bus", "channel", "can"), ("len", "dlc", "length"))
+            for some in (
+                ("extended", "ext", "ide"),
+                ("bus", "channel", "can", "buschannel"),
+                ("datalength", "len", "dlc", "length"),
+            )
         )
-        coded = "arbitration_id" in names
-        return Layout(delimiter, found["time"], found["identifier"], data, many, extended, bus, length, coded)
+        many = len(bytewise) if len(bytewise) > 1 else 0
+        rows = [line.split(delimiter) for line in lines[1:21]][: max(len(lines) - 2, 1)]
+        coded = "arbitration_id" in names and not _is_hex(rows[0], data, length)
+        layout = Layout(delimiter, time, identifier, data, many, extended, bus, length, coded)
+        if _holds_frames(rows, layout):
+            return layout
     return None
+
+
+def _is_hex(row: list[str], data: int, length: int | None) -> bool:
+    """Whether the bytes are written in hexadecimal digits, not in base64, of which each row alone would be valid."""
+    if len(row) <= max(data, length or 0):
+        return False
+    text = row[data].strip().strip('"')
+    stated = length is not None and row[length].strip() == str(len(text) // 2)
+    return " " in text or text.startswith("0x") or (stated and len(text) % 2 == 0)
+
+
+def _holds_frames(rows: list[list[str]], layout: Layout) -> bool:
+    """Whether the rows hold bytes, which columns of the same names in another table do not."""
+    rows = [row for row in rows if len(row) > max(layout.time, layout.identifier, layout.data)]
+    some = [[cell.strip().strip('"') for cell in row[layout.data : layout.data + max(layout.many, 1)]] for row in rows]
+    if layout.many:
+        return (
+            bool(some)
+            and all(_CELL.match(cell) for row in some for cell in row[:1])
+            and (layout.length is not None or layout.many >= _FEWEST)
+        )
+    if not some or not all(_HEX.match(row[0]) or not row[0] for row in some):
+        return False
+    told = [*(row[0] for row in some), *(row[layout.identifier] for row in rows)]
+    return layout.length is not None or any(_NO_NUMBER.search(text.strip()) for text in told)
 
 
 def frames_of(blocks: Iterable[bytes], layout: Layout) -> Iterator[Frames]:
     """The frames in blocks of whole lines, their time from the first; the last block has notes on losses."""
     names: dict[str, int] = {}
-    origin, lines, good, frames, decimal, counts = None, -1, 0, None, None, True
+    origin, lines, good, frames, decimal, counts, base = None, -1, 0, None, None, True, 16
     for block in blocks:
         text = block.decode("utf-8-sig", "replace")
         rows = [line.split(layout.delimiter) for line in text.splitlines() if line.strip()]
         lines += len(rows)
-        decimal = _is_decimal(rows, layout) if decimal is None else decimal
+        if decimal is None:
+            decimal = _is_decimal(rows, slice(layout.identifier, layout.identifier + 1))
+            bytewise = slice(layout.data, layout.data + layout.many)
+            base = 10 if layout.many and _is_decimal(rows, bytewise) else 16
         stamps, identifiers, buses, data = [], [], [], []
         for cells in rows:
             try:
-                stamp, payload = float(cells[layout.time]), _payload(cells, layout)
+                stamp, payload = _stamp(cells[layout.time]), _payload(cells, layout, base)
                 number = _number(cells, layout, decimal)
             except (ValueError, IndexError, binascii.Error):
                 continue
             bus = cells[layout.bus].strip() if layout.bus is not None else "0"
             stamps.append(stamp)
-            counts = counts and "." not in cells[layout.time]
+            counts = counts and cells[layout.time].strip().isdigit()
             identifiers.append(number)
             buses.append(bus_number(names, bus))
             data.append(payload)
@@ -98,10 +139,21 @@ def frames_of(blocks: Iterable[bytes], layout: Layout) -> Iterator[Frames]:
         yield only_notes(frames, (f"{lines - good} of {lines} rows are no CAN frames and were left out",))
 
 
-def _is_decimal(rows: list[list[str]], layout: Layout) -> bool:
-    """Whether identifiers are written with digits from 0 to 9 alone and without zeros in front."""
-    texts = [cells[layout.identifier].strip().strip('"') for cells in rows[1:] if len(cells) > layout.identifier]
-    return all(text.isdigit() and (text == "0" or text[0] != "0") for text in texts)
+def _is_decimal(rows: list[list[str]], cells: slice) -> bool:
+    """Whether cells are written with digits from 0 to 9 alone and without zeros in front."""
+    texts = [cell.strip().strip('"') for row in rows[1:] for cell in row[cells]]
+    return all(not text or (text.isdigit() and (text == "0" or text[0] != "0")) for text in texts)
+
+
+def _stamp(cell: str) -> float:
+    """Time in seconds, or as it is counted; of a date since 1970."""
+    text = cell.strip().strip('"')
+    if ":" not in text:
+        return float(text)
+    stamp = instant(text if "-" in text else f"1970-01-01 {text}")
+    if math.isnan(stamp):
+        raise ValueError
+    return stamp
 
 
 def _number(cells: list[str], layout: Layout, decimal: bool) -> int:
@@ -114,13 +166,14 @@ def _number(cells: list[str], layout: Layout, decimal: bool) -> int:
     return number | (EXTENDED if extended else 0)
 
 
-def _payload(cells: list[str], layout: Layout) -> bytes:
+def _payload(cells: list[str], layout: Layout, base: int) -> bytes:
     if layout.coded:
         return base64.b64decode(cells[layout.data].strip(), validate=True)
-    parts = [each.strip().strip('"') for each in (cells[layout.data :] if layout.many else [cells[layout.data]])]
-    text = "".join(part.zfill(2) for part in parts if part) if layout.many else parts[0]
-    payload = bytes.fromhex(text.removeprefix("0x"))
-    return payload if layout.length is None else payload[: int(cells[layout.length])]
+    length = None if layout.length is None else int(cells[layout.length])
+    if layout.many:
+        parts = [each.strip().strip('"') for each in cells[layout.data : layout.data + layout.many]][:length]
+        return bytes(int(part, base) for part in parts if part)
+    return bytes.fromhex(cells[layout.data].strip().strip('"').removeprefix("0x"))[:length]
 
 
 def _log(content: Content, _: object) -> Log:

@@ -25,6 +25,7 @@ _NAMES = (
     "uhrzeit", "heure", "hora", "gpstow", "tow",
 )  # fmt: skip
 
+_OF_DATES = ("date", "datum")
 
 # Rate [Hz] below which seconds are doubtful where no unit is given: no recording of a steering system is so slow
 SLOWEST = 1.0
@@ -35,6 +36,7 @@ BLANK = 0.05  # Share of rows, blank between regular samples, from which a colum
 REGULAR = 0.8  # Share of steps between samples that are alike in such a column; lost samples at random leave 0.5
 LONGER = 1.5  # Ratio of two steps from which they are not alike
 DAY, WEEK = 86400.0, 604800.0  # [s]
+AS_DATES = (1.95e13, 2.1e13)  # Range of dates as digits yyyymmddhhmmss, in ms since 1970 after the year 2580
 PACKED = "hhmmss"  # Unit of a time of day whose hours, minutes and seconds are digits of one number
 
 
@@ -72,9 +74,10 @@ def find_clocks(
     columns: Sequence[Column], increasing: Sequence[str] = (), given: TimeEntry = GUESSED
 ) -> tuple[Clock, ...]:
     """The clocks of a table: its first time column and every repetition ("time.2"), each for the columns after it."""
-    first = _named(given.column, columns) or next(
-        (column for column in columns if is_time(column.title or column.name)), None
-    )
+    timed = [column for column in columns if is_time(column.title or column.name)]
+    # A date beside a time is no clock.
+    timed.sort(key=lambda column: plain(column.title or column.name) in _OF_DATES)
+    first = _named(given.column, columns) or next(iter(timed), None)
     if first is None:
         first = next((column for column in columns if column.name in increasing), None)
     if first is None and not columns:
@@ -87,14 +90,24 @@ def find_clocks(
         )
     base = _without_number(first)
     clocks: list[tuple[Column, list[str]]] = [(first, [])]
-    for column in columns:
+    grouped = _heads_group(columns, columns.index(first))
+    for at, column in enumerate(columns):
         if column.name == first.name:
             continue
-        if (is_time(base) or given.column) and _without_number(column) == base:
+        own = (is_time(base) or given.column) and _without_number(column) == base
+        if own or (grouped and _heads_group(columns, at)):
             clocks.append((column, []))
         else:
             clocks[-1][1].append(column.name)
     return tuple(Clock(column.name, tuple(members)) for column, members in clocks)
+
+
+def _heads_group(columns: Sequence[Column], at: int) -> bool:
+    """Whether a time has the name of the column after it: "Time_Speed" before "Speed"."""
+    title = columns[at].title or columns[at].name
+    own = plain(re.sub(r"timestamp|time|zeit|(?<![a-z])t(?![a-z])", "", split_suffix(title)[0].lower()))
+    following = columns[at + 1] if at + 1 < len(columns) else columns[at]
+    return is_time(title.replace("_", " ")) and bool(own) and plain(following.title or following.name).startswith(own)
 
 
 def _without_number(column: Column) -> str:
@@ -194,6 +207,11 @@ def require_plausible_rate(clocks: Iterable[tuple[str, str, np.ndarray]]) -> Non
     """
     doubtful: list[tuple[float, float, str, str]] = []
     for column, unit, stamps in clocks:
+        if not unit and len(stamps) and AS_DATES[0] < np.nanmin(stamps, initial=np.inf) < AS_DATES[1]:
+            raise InputError(
+                f"the time column '{column}' counts to {stamps[0]:.0f}, a date as digits; give seconds, or dates that "
+                f"read {DATES}"
+            )
         steps = np.diff(stamps[np.isfinite(stamps)])
         steps = steps[steps > 0.0]
         if unit == PACKED:
