@@ -19,13 +19,8 @@ from tierod_lab.studies.registry import STUDIES
 
 STUDY_PAGES = Path(__file__).resolve().parent.parent / "docs" / "reference" / "studies"
 Claim = Mapping[str, Any]  # Entry of claims.json
-
-IRREPRODUCIBLE = "does not come out"
-QUICK = "Of a quick run"  # Begin of the note of a claim whose run was `--quick`
-QUICK_PAGE = (
-    "**The figures are those of a quick run** (`tierod study {name} --quick`), over few and short drives: they are not "
-    "reliable."
-)
+QUICK = "This is of a quick run"  # Begin of the note of a claim whose run was `--quick`
+QUICK_PAGE = "**The figures are those of a quick run** (`--quick`), over few and short drives: they are not reliable."
 COUNTED = re.compile(
     r"^(\d+) claims: (\d+) hold, (\d+) do not, (\d+) of the source do not come out, (\d+) not measured", re.MULTILINE
 )
@@ -38,11 +33,10 @@ OVERVIEW = (
 
 
 def page(name: str, claims: Iterable[Claim]) -> str:
-    """Text of the page of a study."""
     judged = [claim for claim in claims if claim["goal"] is not None]
     missed = [claim for claim in judged if claim["met"] is False]
     outcomes = [claim["outcome"] for claim in judged]
-    odd, unmeasured = outcomes.count(IRREPRODUCIBLE), outcomes.count("not measured")
+    odd, unmeasured = outcomes.count("does not come out"), outcomes.count("not measured")
     counted = (
         f"{len(judged)} claims: {outcomes.count('holds')} hold, {len(missed) - odd} do not, {odd} of the source do not "
         f"come out, {unmeasured} not measured"
@@ -50,12 +44,11 @@ def page(name: str, claims: Iterable[Claim]) -> str:
     parts = [
         f"# {STUDIES[name].title}: claims",
         "<!-- Written by scripts/study_docs.py from claims.json of the study; do not edit. -->",
+        *[QUICK_PAGE] * any(claim["note"].startswith(QUICK) for claim in judged),
         f"{STUDIES[name].summary} `tierod study {name}` measures them. "
         "[What the columns mean](../../how-to/run-studies.md).",
         counted,
     ]
-    if any(claim["note"].startswith(QUICK) for claim in judged):
-        parts.insert(2, QUICK_PAGE.format(name=name))
     if missed:
         header = ("claim", "ours", "goal", "cause, and what would mend it", "id")
         causes, shared = _shared([each["cause"] for each in missed])
@@ -92,9 +85,8 @@ def _group(claim: Claim) -> str:
 
 def _sentence(claim: Claim) -> str:
     text, printed = str(claim["claim"]), claim["printed"]
-    if printed is None or re.search(rf"\b{re.escape(_number(printed))}\b", text):
-        return text
-    return f"{text} Printed: {_number(printed)}."
+    said = printed is None or re.search(rf"\b{re.escape(_number(printed))}\b", text)
+    return text if said else f"{text} Printed: {_number(printed)}."
 
 
 def _figures(claim: Claim) -> tuple[str, str]:
@@ -111,13 +103,11 @@ def overview() -> str:
     rows, total = [], [0] * 5
     for name in STUDIES:
         text = (STUDY_PAGES / f"{name}.md").read_text(encoding="utf-8")
-        counted = COUNTED.search(text)
-        if counted is None:
-            continue
-        numbers = [int(each) for each in counted.groups()]
+        numbers = [int(each) for each in COUNTED.findall(text)[0]]
         total = [before + each for before, each in zip(total, numbers, strict=True)]
-        run = "quick" if QUICK_PAGE.format(name=name) in text else "full"
-        rows.append([f"[{STUDIES[name].title}]({name}.md)", run, *map(str, numbers)])
+        rows.append(
+            [f"[{STUDIES[name].title}]({name}.md)", "quick" if QUICK_PAGE in text else "full", *map(str, numbers)]
+        )
     rows.append(["**all**", "", *map(str, total)])
     header = ("study", "run", "claims", "hold", "do not hold", "of the source, do not come out", "not measured here")
     return "\n\n".join((*OVERVIEW, table(header, rows))) + "\n"
@@ -129,7 +119,6 @@ def main(name: str, folder: str) -> int:
         print(f"there is no page of a study '{name}'; known: {', '.join(STUDIES)}", file=sys.stderr)
         return 1
     claims = json.loads((Path(folder) / "claims.json").read_text(encoding="utf-8"))
-    STUDY_PAGES.mkdir(parents=True, exist_ok=True)
     (STUDY_PAGES / f"{name}.md").write_text(page(name, claims), encoding="utf-8")
     (STUDY_PAGES / "index.md").write_text(overview(), encoding="utf-8")
     return 0

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 NO_CAUSE = "not known"  # Text in place of the cause if a claim does not hold and no cause is stated
-QUICK = "Of a quick run over a few minutes of driving: the figure is not reliable."  # Note of each claim of such a run
+QUICK = "This is of a quick run over a few minutes of driving, and not reliable."  # Note of page and claims
 
 
 def study(
@@ -90,17 +90,10 @@ def _run(chosen: Study, effort: Effort, folder: Path) -> list[Path]:
     _print(claims)
     command = f"tierod study {chosen.name}" + " --quick" * effort.quick + " --thorough" * effort.thorough
     sys.stdout.write(f"\nPrinted by `{command}` of tierod {__version__}\n")
-    page = StudyPage(
-        chosen.name,
-        chosen.title,
-        chosen.summary,
-        chosen.groups,
-        items,
-        Origin.now(command),
-        "This was a quick run over a few minutes of driving. Its figures are not reliable." if effort.quick else "",
-    )
-    if effort.quick:
-        claims = [replace(claim, note=f"{QUICK} {claim.note}".strip()) for claim in claims]
+    remark = QUICK if effort.quick else ""
+    origin = Origin.now(command)
+    page = StudyPage(chosen.name, chosen.title, chosen.summary, chosen.groups, items, origin, remark)
+    claims = [replace(claim, note=f"{remark} {claim.note}".strip()) for claim in claims]
     texts = {"report.html": render_study(page), "claims.json": claims_document(claims)}
     return [*written, *(write_text(folder / file, text) for file, text in texts.items())]
 
