@@ -92,6 +92,13 @@ _SCALES = {
 }
 
 
+_SI = frozenset(
+    {"rad", "rad/s", "rad/s**2", "m", "m/s", "m/s**2", "N", "N*m", "A", "V", "K", "Pa", "s", "g_0", COUNT, ""}
+)
+
+# The quantity of each unit that needs no unit library, by its SI unit: no two of these can become each other
+_QUANTITIES = {unit: unit for unit in _SI - {COUNT, ""}} | {given: wanted for given, wanted in _SCALES if wanted}
+
 LONGEST = 80  # Largest number of characters of a unit: a longer text is no unit, and would take long to parse
 
 _LONGEST_TITLE = 1000
@@ -129,11 +136,6 @@ def _unwrapped(text: str) -> str:
     outer = text.strip().strip("[]").strip()
     inner = outer.strip("()").strip()
     return outer if "(" in inner else inner
-
-
-_SI = frozenset(
-    {"rad", "rad/s", "rad/s**2", "m", "m/s", "m/s**2", "N", "N*m", "A", "V", "K", "Pa", "s", "g_0", COUNT, ""}
-)
 
 
 @cache
@@ -206,19 +208,22 @@ def _scale(given: str, wanted: str) -> Scale:
             f"a raw count has no known size in '{wanted if given == COUNT else given}'; "
             "keep it as count, or give the factor in the channel map"
         )
-    return _scale_by_pint(given, wanted)
+    apart = given in _QUANTITIES and wanted in _QUANTITIES and _QUANTITIES[given] != _QUANTITIES[wanted]
+    found = None if apart else _scale_by_pint(given, wanted)
+    if found is None:
+        raise InputError(f"the unit '{given}' cannot become '{wanted}': they are units of different quantities")
+    return found
 
 
-def _scale_by_pint(given: str, wanted: str) -> Scale:
+def _scale_by_pint(given: str, wanted: str) -> Scale | None:
+    """The scale; None between units of different quantities."""
     import pint
 
     quantity = _registry().Quantity
     try:
         at_zero, at_one, at_two = (float(quantity(value, given).to(wanted).magnitude) for value in (0.0, 1.0, 2.0))
     except pint.errors.DimensionalityError:
-        raise InputError(
-            f"the unit '{given}' cannot become '{wanted}': they are units of different quantities"
-        ) from None
+        return None
     except Exception:  # pint fails in many ways at units that it has parsed, such as dB*m
         raise InputError(f"the unit '{given}' has no fixed size in '{wanted}'; {_CONVERTED}") from None
     factor = at_one - at_zero

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import base64
+import hashlib
 import heapq
 import json
 import re
+import sys
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
@@ -16,6 +18,7 @@ from typing import Any
 from tierod.core.content import Chart, Facts, Fold, Heading, Item, Table, Verdict
 from tierod.core.decimation import Packed, coarser, pack
 from tierod.core.findings import Trace
+from tierod.core.graph import compiler
 from tierod.core.signals import SIGNALS
 from tierod.core.version import __version__
 from tierod.report.charts.figure import Figure, drawn_from, gauge
@@ -159,6 +162,27 @@ def _charts(sections: Sequence[_Section]) -> list[tuple[Figure, bool]]:
     return [each for section in sections for each in of(section.parts, False)]
 
 
+def _compiled_templates() -> Any:
+    """Cache of templates compiled by earlier processes, among the kernels: compiling one takes as long as a drive."""
+    import jinja2
+
+    class Compiled(jinja2.BytecodeCache):
+        def load_bytecode(self, bucket: Any) -> None:
+            if (found := compiler.kept(_entry(bucket))) is not None:
+                bucket.bytecode_from_string(found)
+
+        def dump_bytecode(self, bucket: Any) -> None:
+            compiler.keep(_entry(bucket), bucket.bytecode_to_string())
+
+    def _entry(bucket: Any) -> str:
+        # The compiler of templates may apply a filter to a constant: the sources of the filters belong to the name.
+        sources = b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.rglob("*.py")))
+        parts = (jinja2.__version__, sys.version, bucket.key, bucket.checksum, hashlib.sha256(sources).hexdigest())
+        return f"page-{hashlib.sha256(' '.join(parts).encode()).hexdigest()[:24]}"
+
+    return Compiled()
+
+
 @cache
 def _template() -> Any:
     import jinja2
@@ -169,6 +193,7 @@ def _template() -> Any:
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
+        bytecode_cache=_compiled_templates(),
     )
     environment.filters |= {
         "breakable": breakable,

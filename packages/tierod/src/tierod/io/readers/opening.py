@@ -58,8 +58,8 @@ _REFUSED = (
 
 # tierod's own formats, in the order in which they examine the beginning of a file; the last takes any other text
 _OWN = {
-    "mdf": "tierod.io.readers.mdf:FORMAT",
     "parquet": "tierod.io.readers.tables:PARQUET",
+    "mdf": "tierod.io.readers.mdf:FORMAT",
     "mat": "tierod.io.readers.vectors:MAT",
     "hdf5": "tierod.io.readers.vectors:HDF5",
     "arrow": "tierod.io.readers.tables:ARROW",
@@ -154,8 +154,8 @@ def _absent(path: Path) -> InputError:
 def _recognised(path: Path, head: bytes) -> Format:
     """The format of a file: by its beginning, else by its ending where it is text."""
     ending = path.suffix.lower()
-    own = [READERS[name] for name in READERS.own]
-    for each in own:
+    # One after the other, so that the modules of the formats behind the one that is found are not imported.
+    for each in map(READERS.__getitem__, READERS.own):
         if each.recognises(head, ending):
             return each
     promised = _promised(path)
@@ -173,7 +173,7 @@ def _recognised(path: Path, head: bytes) -> Format:
         return READERS[_FALLBACK]
     if promised:
         raise InputError(f"{path} is not a {promised} file, or its beginning is damaged; copy or export it again")
-    kinds = ", ".join(each.title for each in own if each.endings)
+    kinds = ", ".join(each.title for each in map(READERS.__getitem__, READERS.own) if each.endings)
     raise InputError(f"{path} has no known format; give one of these: {kinds}")
 
 

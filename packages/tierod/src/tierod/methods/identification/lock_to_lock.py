@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Annotated, NamedTuple
@@ -226,10 +226,8 @@ def noise_of(values: np.ndarray, time: np.ndarray) -> Noise:
 
 def smoothed(values: np.ndarray, time: np.ndarray) -> np.ndarray:
     """The local course of a signal: a parabola over `SMOOTHING`, without delay."""
-    from scipy.signal import savgol_filter
-
     count = _smoothing_samples(time)
-    return np.asarray(savgol_filter(values, count, 2)) if 3 < count <= len(values) else values
+    return _local_parabola(values, count)[0] if 3 < count <= len(values) else values
 
 
 def noise_left(noise: Noise, time: np.ndarray) -> float:
@@ -245,12 +243,30 @@ def _smoothing_samples(time: np.ndarray) -> int:
 
 def slope(values: np.ndarray, time: np.ndarray) -> np.ndarray:
     """Derivative by a local parabola over 11 samples (Savitzky-Golay), without delay."""
-    from scipy.signal import savgol_filter
-
     count = min(11, len(values) - 1 + len(values) % 2)
     if count < 3:
         return np.zeros_like(values)
-    return np.asarray(savgol_filter(values, count, 2, deriv=1, delta=(time[-1] - time[0]) / (len(time) - 1)))
+    return _local_parabola(values, count)[1] / ((time[-1] - time[0]) / (len(time) - 1))
+
+
+def _local_parabola(values: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Value and slope [per sample] of the parabola over `count` samples around each one, at the ends over the last.
+
+    It gives what `scipy.signal.savgol_filter` does, whose import takes longer than most recordings.
+    """
+    half = count // 2
+    places = np.arange(-half, half + 1.0)
+    fit = np.linalg.pinv(np.vander(places / half, 3, increasing=True)) / float(half) ** np.arange(3.0)[:, None]
+    first, last = fit @ values[:count], fit @ values[-count:]
+    before, after = places[:half], places[half + 1 :]
+
+    def joined(inner: np.ndarray, at: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
+        return np.concatenate([at(first, before), inner, at(last, after)])
+
+    return (
+        joined(np.correlate(values, fit[0], "valid"), lambda of, place: of[0] + of[1] * place + of[2] * place**2),
+        joined(np.correlate(values, fit[1], "valid"), lambda of, place: of[1] + 2.0 * of[2] * place),
+    )
 
 
 @dataclass(frozen=True)
@@ -284,11 +300,9 @@ def pre_sliding(
     Returns:
         the angle, or None if no reversal counts
     """
-    from scipy.signal import savgol_filter
-
     if len(angle) < 11:
         return None
-    smooth = savgol_filter(angle, 11, 2)
+    smooth, _ = _local_parabola(angle, 11)
     found: list[_Fit] = []
     for begin, end in pairwise(corners[1:]):
         direction = 1.0 if angle[end] > angle[begin] else -1.0
