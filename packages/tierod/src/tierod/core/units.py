@@ -83,6 +83,7 @@ _SCALES = {
     ("km/h", "m/s"): Scale(1.0 / 3.6),
     ("bar", "Pa"): Scale(1.0e5),
     ("degC", "K"): Scale(1.0, 273.15),
+    ("rad", ""): Scale(1.0),
     ("percent", ""): Scale(0.01),
     ("ms", "s"): Scale(1.0e-3),
     ("us", "s"): Scale(1.0e-6),
@@ -96,8 +97,8 @@ _SI = frozenset(
     {"rad", "rad/s", "rad/s**2", "m", "m/s", "m/s**2", "N", "N*m", "A", "V", "K", "Pa", "s", "g_0", COUNT, ""}
 )
 
-# The quantity of each unit that needs no unit library, by its SI unit: no two of these can become each other
-_QUANTITIES = {unit: unit for unit in _SI - {COUNT, ""}} | {given: wanted for given, wanted in _SCALES if wanted}
+# SI unit of the quantity of each unit that needs no unit library; of different ones only rad and "" can be converted
+_QUANTITIES = {unit: unit for unit in _SI - {COUNT}} | {given: wanted for given, wanted in _SCALES if wanted}
 
 LONGEST = 80  # Largest number of characters of a unit: a longer text is no unit, and would take long to parse
 
@@ -208,7 +209,8 @@ def _scale(given: str, wanted: str) -> Scale:
             f"a raw count has no known size in '{wanted if given == COUNT else given}'; "
             "keep it as count, or give the factor in the channel map"
         )
-    apart = given in _QUANTITIES and wanted in _QUANTITIES and _QUANTITIES[given] != _QUANTITIES[wanted]
+    quantities = {_QUANTITIES.get(unit) for unit in (given, wanted)}
+    apart = len(quantities) == 2 and None not in quantities and quantities != {"rad", ""}
     found = None if apart else _scale_by_pint(given, wanted)
     if found is None:
         raise InputError(f"the unit '{given}' cannot become '{wanted}': they are units of different quantities")
