@@ -3,7 +3,6 @@
 all                                 everything for an hour, with its figures in attack.json: `make attack`
 fuzz [TARGET ...]                   mutated files of some targets
 replay TARGET SEED NUMBER           one case again, with what it printed
-show TARGET SEED NUMBER FOLDER      the file of a case, and the command that opens it
 """
 
 from __future__ import annotations
@@ -19,9 +18,8 @@ from pathlib import Path
 from typing import Any
 
 from . import corpus
-from .fuzz import SEED, Tally, attempt, class_of, run_all
+from .fuzz import SEED, TARGETS, Tally, attempt, case, class_of, run_all
 from .pool import Pool
-from .targets import TARGETS, case
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -45,14 +43,11 @@ def main() -> int:
         verb.add_argument("--workers", type=int, default=2)
         verb.add_argument("--seconds", type=float, default=3600.0, help="after which no further case begins")
     replay = verbs.add_parser("replay", help="run one case again and print what became of it")
-    show = verbs.add_parser("show", help="write the file of a case")
-    for verb in (replay, show):
-        verb.add_argument("target")
-        verb.add_argument("seed", type=int)
-        verb.add_argument("number", type=int)
-    show.add_argument("folder", type=Path)
+    replay.add_argument("target")
+    replay.add_argument("seed", type=int)
+    replay.add_argument("number", type=int)
     given = parser.parse_args()
-    return {"all": _all, "fuzz": _fuzz, "replay": _replay, "show": _show}[given.verb](given)
+    return {"all": _all, "fuzz": _fuzz, "replay": _replay}[given.verb](given)
 
 
 def _all(given: argparse.Namespace) -> int:
@@ -127,13 +122,6 @@ def _replay(given: argparse.Namespace) -> int:
     print(f"exit {result.code}, {result.seconds:.2f} s, {result.memory / 1e6:.0f} MB: {result.kind or 'held'}")
     print(result.detail)
     return int(bool(result.kind))
-
-
-def _show(given: argparse.Namespace) -> int:
-    each = case(given.target, given.seed, given.number)
-    given.folder.mkdir(parents=True, exist_ok=True)
-    print(" ".join(each.placed(given.folder)))
-    return 0
 
 
 if __name__ == "__main__":

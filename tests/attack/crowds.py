@@ -30,16 +30,7 @@ VEHICLE = "midsize-eps"
 
 
 def run(count: int, seed: int, folder: Path) -> dict[str, dict[str, int]]:
-    """Let a crowd of processes loose on everything that is shared.
-
-    Args:
-        count: of processes
-        seed: of chance
-        folder: empty, for their files
-
-    Returns:
-        for each shared thing what happened how often; all is well where `wrong` is 0
-    """
+    """Let a crowd of processes loose on everything that is shared."""
     found = {}
     for name, crowd in ALL.items():
         place = folder / name

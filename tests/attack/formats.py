@@ -1,21 +1,304 @@
-"""Which operators change a file of which format."""
+"""Operators that know TOML, JSON, DBC or the text of a CAN log: the document stays one, a value in it changes."""
 
 from __future__ import annotations
 
+import gzip
+import json
 import random
+import re
+import struct
+import zlib
 from collections.abc import Sequence
+from typing import Any
 
-from .containers import blf_container, gzip_content, mat_element, mdf_block, parquet_data, parquet_footer, parquet_table
-from .documents import dbc_signal, hexadecimal, json_node, toml_key, toml_value
-from .mutations import BYTES, Operator
-from .texts import TEXT
+from .mutations import BYTES, NUMBERS, TEXT, TOKENS, UNITS, Operator
+
+# fmt: off
+_FRAGMENTS = (
+    "0", "-1", "true", '""', "[]", "{}", "nan", "inf", "-inf", "1e309", "9" * 30, "0x7fff", "2026-01-01", "07:32:00",
+    '"""', "'''x'''", "[" * 700 + "]" * 700, "{a = " * 700 + "1" + "}" * 700, '"x" # y', "[1, [2, [3]]]",
+    '[{kind = "step"}]', '"\\u001b[31m"', '"5 parsec"', '"1e400 s"', '"nan s"', '"-5 min"', '"m**9**9**9"',
+    '"/dev/zero"', '"../x.toml"', '"."', '"~root"', "1_000.5", "[0, 1, 2]", '["a", 1]',
+)
+_KEYS = (
+    "a." * 3000 + "b = 1", '"" = 1', "use = 'x'", "kind = 'step'", "name = 3", "[[[x]]]", "[a]\n[a]", "a = 1\na = 2",
+    "[a.b.c]", '"\\u001b[2J" = 1', "values = [1e308, 1e309]", "seconds = '1e9 h'", "rate = 1e12", "count = 1e9",
+    "count = 1000000000000", "sizes = []", "[thresholds.friction]\nx = 1", "[parameters.mass]\nvalue = nan",
+)
+_JSON: tuple[Any, ...] = (
+    None, True, 0, -1, 1e308, 10**400, float("nan"), float("inf"), "", "x" * 5000, "\x1b[31m", [], {}, [[]], {"a": {}},
+    "\ud800", 2**63, 0.1, "2026", [None] * 50, -(2**31), "nan",
+)
+# fmt: on
+
+
+def toml_value(chance: random.Random, content: bytes, others: Sequence[bytes]) -> bytes:
+    """A value becomes one of another type, or out of every range."""
+    lines = content.split(b"\n")
+    keyed = [place for place, line in enumerate(lines) if re.match(rb"\s*[\w.\"-]+\s*=", line)]
+    if not keyed:
+        return content
+    place = chance.choice(keyed)
+    key, _, value = lines[place].partition(b"=")
+    how = chance.random()
+    if how < 0.5:
+        text = chance.choice(_FRAGMENTS)
+    elif how < 0.75:
+        text = chance.choice(NUMBERS)
+    elif how < 0.9:
+        text = json.dumps(chance.choice(UNITS + TOKENS).replace("\ud7ff", ""))
+    else:
+        number = re.search(r"[\d.eE+-]+", value.decode("utf-8", "replace"))
+        text = value.decode("utf-8", "replace").replace(number[0], chance.choice(NUMBERS)) if number else "0"
+    lines[place] = key + b"= " + text.encode("utf-8", "surrogatepass")
+    return b"\n".join(lines)
+
+
+def toml_key(chance: random.Random, content: bytes, others: Sequence[bytes]) -> bytes:
+    """A key more, of another name, in another table."""
+    lines = content.split(b"\n")
+    place = chance.randrange(len(lines))
+    how = chance.randrange(4)
+    if how == 0 and b"=" in lines[place]:
+        lines[place] = (
+            chance.choice(TOKENS + _FRAGMENTS).encode("utf-8", "surrogatepass")
+            + b" ="
+            + lines[place].partition(b"=")[2]
+        )
+    elif how == 1:
+        tables = [at for at, line in enumerate(lines) if line.startswith(b"[")]
+        if tables:
+            name = chance.choice(
+                ("[x]", "[[x]]", "[parameters]", "[[faults]]", "[signals.x]", "[channels]", "[sensors]")
+            )
+            lines[chance.choice(tables)] = name.encode()
+    else:
+        lines.insert(place, chance.choice(_KEYS).encode())
+    return b"\n".join(lines)
+
+
+def json_node(chance: random.Random, content: bytes, others: Sequence[bytes]) -> bytes:
+    """A value of a document becomes another one, goes, or gets another name; a digest in it is made anew."""
+    try:
+        document = json.loads(content)
+    except (ValueError, RecursionError):
+        return chance.choice(TEXT)(chance, content, others)
+    for _ in range(chance.choice((1, 1, 2))):
+        document = _changed(chance, document)
+    if isinstance(document, dict) and "digest" in document and chance.random() < 0.8:
+        from tierod.diagnosis.store import digest_of
+
+        try:
+            document["digest"] = digest_of(document.get("content"), document.get("vehicle"))
+        except (ValueError, TypeError):  # a lone surrogate, which UTF-8 does not hold
+            document["digest"] = ""
+    try:
+        return json.dumps(document).encode()
+    except ValueError:  # a part was put into itself
+        return content
+
+
+def _changed(chance: random.Random, node: Any, depth: int = 0) -> Any:
+    if isinstance(node, dict | list) and node and (not depth or chance.random() < 0.75):
+        keys = list(node) if isinstance(node, dict) else list(range(len(node)))
+        key, how = chance.choice(keys), chance.random()
+        if how < 0.06 and depth:
+            del node[key]
+        elif how < 0.1 and isinstance(node, dict) and depth:
+            node[chance.choice(TOKENS[:20])] = node.pop(key)
+        else:
+            node[key] = _changed(chance, node[key], depth + 1)
+        return node
+    return chance.choice(_JSON)
+
+
+def dbc_signal(chance: random.Random, content: bytes, others: Sequence[bytes]) -> bytes:
+    """Position, length, factor or range of a signal, or the identifier of a message."""
+    spots = [each.span() for each in re.finditer(rb"(?<=[|:@(,\[ ])-?\d+(\.\d+)?(?=[|@+\-,)\]: ])", content)]
+    if not spots:
+        return content
+    begin, end = chance.choice(spots)
+    values = (
+        "0",
+        "-1",
+        "1",
+        "63",
+        "64",
+        "65",
+        "512",
+        "4096",
+        "1e300",
+        "nan",
+        "4294967295",
+        "2147483648",
+        "1e-400",
+        "9" * 30,
+    )
+    return content[:begin] + chance.choice(values).encode() + content[end:]
+
+
+def mdf_block(chance: random.Random, content: bytes, others: Sequence[bytes]) -> bytes:
+    """Of a block of MDF 4 the length, the number of links, a link, a field or the name."""
+    places = [found.start() for found in re.finditer(rb"##[A-Z]{2}\0{4}", content)]
+    if not places:
+        return chance.choice(BYTES)(chance, content, others)
+    place, found = chance.choice(places), bytearray(content)
+    length, links = struct.unpack_from("<QQ", content, place + 8) if place + 24 <= len(content) else (24, 0)
+    size, links = min(length, len(content) - place), min(links, 64)
+    fields = place + 24 + 8 * links
+    how = chance.randrange(6)
+    if how == 0:
+        _store(
+            found, place + 8, chance.choice((0, 1, 23, 24, length - 8, length + 8, length * 2, 1 << 31, (1 << 63) + 1))
+        )
+    elif how == 1:
+        _store(found, place + 16, chance.choice((0, 1, links + 1, max(links - 1, 0), 255, 1 << 32, (1 << 64) - 1)))
+    elif how == 2 and links:
+        goal = chance.choice(
+            (0, place, 64, len(content), len(content) - 8, 1 << 40, *chance.sample(places, 1), place + 1)
+        )
+        _store(found, place + 24 + 8 * chance.randrange(links), goal)
+    elif how == 3 and size > fields - place:
+        found[chance.randrange(fields, place + size)] = chance.choice((0, 1, 2, 4, 7, 8, 16, 64, 127, 128, 255))
+    elif how == 4:
+        found[place + 2 : place + 4] = chance.choice((b"DT", b"DZ", b"DL", b"HL", b"CN", b"CC", b"TX", b"SD", b"??"))
+    elif size > fields - place:
+        begin = chance.randrange(fields, place + size)
+        width = chance.choice((2, 4, 8))
+        found[begin : begin + width] = chance.choice((b"\xff" * width, b"\0" * width, b"\0" * (width - 1) + b"\x80"))
+    return bytes(found)
+
+
+def _store(found: bytearray, place: int, value: int) -> None:
+    found[place : place + 8] = (value % (1 << 64)).to_bytes(8, "little")
+
+
+def parquet_footer(chance: random.Random, content: bytes, others: Sequence[bytes]) -> bytes:
+    """Bytes of the footer, or its length; the marks stay."""
+    if len(content) < 16:
+        return content
+    size = int.from_bytes(content[-8:-4], "little")
+    begin = max(4, len(content) - 8 - size)
+    if chance.random() < 0.15:
+        goal = chance.choice((0, 1, size - 1, size + 1, 2 * size, (1 << 31) - 1, (1 << 32) - 1))
+        return content[:-8] + (goal % (1 << 32)).to_bytes(4, "little") + content[-4:]
+    footer = chance.choice(BYTES)(chance, content[begin:-8], ())
+    return content[:begin] + footer + len(footer).to_bytes(4, "little") + content[-4:]
+
+
+def parquet_table(chance: random.Random, content: bytes, others: Sequence[bytes]) -> bytes:
+    """A whole file whose columns have other types, names, values or notes."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        table = pq.read_table(pa.BufferReader(content))
+        place = chance.randrange(table.num_columns)
+        name, how = table.column_names[place], chance.randrange(5)
+        if how == 0:
+            names = list(table.column_names)
+            names[place] = chance.choice(TOKENS + NUMBERS).replace("\ud7ff", "")
+            table = table.rename_columns(names)
+        elif how == 1:
+            table = table.set_column(
+                place,
+                name,
+                pa.array([chance.choice((str, lambda each: [each]))(each) for each in table[name].to_pylist()]),
+            )
+        elif how == 2:
+            values = table[name].to_pylist()
+            for _ in range(chance.choice((1, 5, len(values)))):
+                values[chance.randrange(len(values))] = chance.choice(
+                    (None, 1e300, float("nan"), float("inf"), -1.0, 0.0)
+                )
+            table = table.set_column(place, name, pa.array(values, pa.float64()))
+        elif how == 3:
+            notes = {
+                key: chance.choice((json_node, *TEXT))(chance, value, ())
+                for key, value in (table.schema.metadata or {b"tierod": b"{}"}).items()
+            }
+            table = table.replace_schema_metadata(notes)
+        else:
+            rows = [chance.randrange(table.num_rows) for _ in range(chance.choice((0, 1, 2, table.num_rows)))]
+            table = table.take(rows)
+        sink = pa.BufferOutputStream()
+        pq.write_table(table, sink, row_group_size=chance.choice((1, 7, 1000)))
+    except (pa.ArrowException, OSError, ValueError, TypeError, OverflowError):
+        return chance.choice(BYTES)(chance, content, others)
+    return sink.getvalue().to_pybytes()
+
+
+def gzip_content(chance: random.Random, content: bytes, others: Sequence[bytes]) -> bytes:
+    """What is packed changes, or how it is packed."""
+    try:
+        inner = gzip.decompress(content)
+    except (OSError, EOFError, zlib.error):
+        return chance.choice(BYTES)(chance, content, others)
+    how = chance.randrange(6)
+    if how == 0:
+        half = len(inner) // 2
+        return gzip.compress(inner[:half], mtime=0) + gzip.compress(inner[half:], mtime=0)
+    if how == 1:
+        return content + chance.choice((b"\0" * 64, b"tail", content[:20], gzip.compress(b"", mtime=0)))
+    if how == 2:
+        return gzip.compress(content, mtime=0)
+    return gzip.compress(chance.choice(TEXT)(chance, inner, ()), mtime=0)
+
+
+def mat_element(chance: random.Random, content: bytes, others: Sequence[bytes]) -> bytes:
+    """Type or size of an element, or what is packed in one."""
+    place = 128
+    if len(content) >= 136 and content[128] == 15 and chance.random() < 0.8:
+        elements = []
+        while place + 8 <= len(content):
+            size = int.from_bytes(content[place + 4 : place + 8], "little")
+            elements.append((place, size))
+            place += 8 + size
+        place, size = chance.choice(elements)
+        try:
+            inner = zlib.decompress(content[place + 8 : place + 8 + size])
+        except zlib.error:
+            return chance.choice(BYTES)(chance, content, others)
+        packed = zlib.compress(chance.choice(BYTES)(chance, inner, ()))
+        head = content[place : place + 4] + len(packed).to_bytes(4, "little")
+        return content[:place] + head + packed + content[place + 8 + size :]
+    if len(content) < 144:
+        return content
+    found = bytearray(content)
+    at = 128 + 4 * chance.randrange((min(len(content), 1200) - 132) // 4)
+    found[at : at + 4] = chance.choice(
+        (0, 1, 5, 6, 9, 14, 15, 17, 255, 1 << 16, (1 << 31) - 1, (1 << 32) - 1)
+    ).to_bytes(4, "little")
+    return bytes(found)
+
+
+def blf_container(chance: random.Random, content: bytes, others: Sequence[bytes]) -> bytes:
+    """What is packed in a container, or a field of its header."""
+    place = content.find(b"LOBJ")
+    if place < 0 or place + 32 > len(content):
+        return chance.choice(BYTES)(chance, content, others)
+    if chance.random() < 0.4:
+        found = bytearray(content)
+        at = place + chance.randrange(4, 32)
+        found[at] = chance.choice((0, 1, 2, 10, 127, 128, 255))
+        return bytes(found)
+    size = int.from_bytes(content[place + 8 : place + 12], "little")
+    try:
+        inner = zlib.decompress(content[place + 32 : place + size])
+    except zlib.error:
+        return chance.choice(BYTES)(chance, content, others)
+    packed = zlib.compress(chance.choice(BYTES)(chance, inner, ()))
+    head = bytearray(content[place : place + 32])
+    head[8:12] = (32 + len(packed)).to_bytes(4, "little")
+    return content[:place] + bytes(head) + packed + content[place + size :]
+
 
 FAMILIES: dict[str, tuple[tuple[Operator, ...], tuple[Operator, ...]]] = {
     "text": (TEXT, TEXT),
-    "can-text": (TEXT, (hexadecimal,)),
+    "can-text": (TEXT, TEXT),
     "gzip": (BYTES, (gzip_content, gzip_content, gzip_content)),
     "mdf": (BYTES, (mdf_block,)),
-    "parquet": (BYTES, (parquet_footer, parquet_data, parquet_table, parquet_table, parquet_table, parquet_table)),
+    "parquet": (BYTES, (parquet_footer, parquet_table, parquet_table)),
     "process": (BYTES, BYTES),
     "mat": (BYTES, (mat_element,)),
     "blf": (BYTES, (blf_container,)),
@@ -27,14 +310,7 @@ FAMILIES: dict[str, tuple[tuple[Operator, ...], tuple[Operator, ...]]] = {
 
 
 def mutated(chance: random.Random, content: bytes, others: Sequence[bytes], family: str) -> bytes:
-    """A changed file: mostly one change, now and then a handful.
-
-    Args:
-        chance: random source; the same state gives the same bytes
-        content: of the file
-        others: of its kind, for splices
-        family: of the format, a key of `FAMILIES`
-    """
+    """A changed file: mostly one change, now and then a handful."""
     plain, aware = FAMILIES[family]
     # A text that is no longer TOML or JSON ends at the parser: most changes keep it one.
     share = 0.8 if family in ("toml", "json", "dbc") else 0.6

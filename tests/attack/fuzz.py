@@ -1,16 +1,182 @@
-"""Runs series of cases, and groups what failed into classes."""
+"""What is attacked: fifteen readers and eight kinds of user files, each with the commands that open it."""
 
 from __future__ import annotations
 
+import random
 import re
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from pathlib import Path
 
+from .formats import mutated
 from .pool import Pool, Result
-from .targets import Case, case
+from .seeds import drive_file, seeds
+
+FILE = "{file}"
+"""Stands for the mutated file in the arguments of a command."""
+
+BESIDE = "{drive}"
+"""Stands for a valid recording beside it."""
+
+FITTING = "{fitting}"
+"""Stands for the same, or for a valid bus log where the mutated file is made for one car's bus."""
+
+Command = tuple[str, ...]
+
+_INSPECT: Command = ("inspect", FILE)
+_JUDGE: Command = ("diagnose", FILE, "--vehicle", "midsize-eps", "--no-report", "--json")
+
+
+@dataclass(frozen=True)
+class Target:
+    """Something that opens a file."""
+
+    name: str
+    family: str
+    commands: tuple[tuple[int, Command], ...]
+
+
+_READER = ((5, _INSPECT), (2, (*_INSPECT, "--all", "--json")), (3, _JUDGE))
+_BUS = (
+    (5, (*_INSPECT, "--vehicle", "rav4")),
+    (2, (*_INSPECT, "--dbc", "rav4", "--all", "--json")),
+    (1, _INSPECT),
+    (2, ("diagnose", FILE, "--vehicle", "rav4", "--no-report", "--json")),
+)
+
+TARGETS: dict[str, Target] = {
+    each.name: each
+    for each in (
+        Target("csv", "text", _READER),
+        Target("packed-csv", "gzip", (*_READER, (3, (*_INSPECT, "--dbc", "rav4")))),
+        Target("parquet", "parquet", _READER),
+        Target("mf4", "mdf", _READER),
+        Target("mf4-bus", "mdf", _BUS),
+        Target("mat", "mat", _READER),
+        Target("hdf5", "process", _READER),
+        Target("arrow", "process", _READER),
+        Target("mcap", "process", _READER),
+        Target("ros1", "process", _READER),
+        Target("ros2", "process", _READER),
+        Target("candump", "can-text", _BUS),
+        Target("asc", "can-text", _BUS),
+        Target("blf", "blf", _BUS),
+        Target("trc", "can-text", _BUS),
+        Target(
+            "vehicle",
+            "toml",
+            (
+                (4, ("vehicles", FILE)),
+                (2, ("vehicles", FILE, "--json")),
+                (1, ("vehicles", FILE, "--toml")),
+                (3, ("diagnose", BESIDE, "--vehicle", FILE, "--no-report", "--json")),
+            ),
+        ),
+        Target(
+            "channel-map",
+            "toml",
+            (
+                (6, ("inspect", FITTING, "--dbc", "rav4", "--map", FILE)),
+                (1, ("diagnose", FITTING, "--vehicle", "rav4", "--map", FILE, "--no-report", "--json")),
+            ),
+        ),
+        Target(
+            "scenario",
+            "toml",
+            (
+                (4, ("scenarios", FILE)),
+                (2, ("scenarios", FILE, "--json")),
+                (1, ("scenarios", FILE, "--toml")),
+                (2, ("simulate", FILE, "--seconds", "0.5", "--output", "drive.csv")),
+            ),
+        ),
+        Target(
+            "campaign", "toml", ((3, ("campaign", FILE, "--dry-run")), (1, ("campaign", FILE, "--dry-run", "--json")))
+        ),
+        Target(
+            "fault", "toml", ((3, ("faults", FILE)), (1, ("faults", FILE, "--json")), (1, ("faults", FILE, "--toml")))
+        ),
+        Target(
+            "baseline",
+            "json",
+            ((1, ("diagnose", BESIDE, "--vehicle", "midsize-eps", "--baseline", FILE, "--no-report", "--json")),),
+        ),
+        Target(
+            "fault-memory",
+            "json",
+            (
+                (3, ("faults", "read", FILE)),
+                (2, ("faults", "read", FILE, "--json")),
+                (1, ("faults", "read", FILE, "--uds", "1902FF")),
+                (1, ("faults", "read", FILE, "--uds", "1906FFFFFF10")),
+                (2, ("faults", "snapshot", FILE, "{code}")),
+                (1, ("faults", "clear", FILE)),
+                (1, ("diagnose", BESIDE, "--vehicle", "midsize-eps", "--memory", FILE, "--no-report", "--json")),
+            ),
+        ),
+        Target(
+            "dbc",
+            "dbc",
+            ((3, ("inspect", FITTING, "--dbc", FILE)), (1, ("inspect", FITTING, "--dbc", FILE, "--all", "--json"))),
+        ),
+    )
+}
+
+READERS = tuple(TARGETS)[:15]
+
+
+@dataclass(frozen=True)
+class Case:
+    """One mutated file and the command that opens it."""
+
+    target: str
+    seed: int
+    number: int
+    name: str
+    content: bytes
+    command: Command
+
+    @property
+    def key(self) -> str:
+        """What `replay` takes."""
+        return f"{self.target} {self.seed} {self.number}"
+
+    def placed(self, folder: Path) -> list[str]:
+        """The arguments, once the files stand in a folder."""
+        (folder / self.name).write_bytes(self.content)
+        return arguments(self.command, folder, self.name)
+
+
+def arguments(command: Sequence[str], folder: Path, name: str) -> list[str]:
+    """The arguments of a command with paths in place of their names; what lies beside the file is written."""
+    drive, bus = folder / "beside.csv", folder / "beside.log"
+    places = {FILE: folder / name, BESIDE: drive, FITTING: bus if name.startswith("rav4") else drive}
+    if BESIDE in command or FITTING in command:
+        drive.write_bytes(drive_file())
+        bus.write_bytes(seeds()["candump"]["bus.log"])
+    return [str(places[each]) if each in places else _code() if each == "{code}" else each for each in command]
+
+
+def _code() -> str:
+    from tierod.diagnosis.trouble_codes import load_trouble_codes
+
+    return next(iter(load_trouble_codes().codes))
+
+
+def case(target: str, seed: int, number: int) -> Case:
+    """A case: the same for the same arguments."""
+    chosen = TARGETS[target]
+    chance = random.Random(f"{target} {seed} {number}")
+    files = seeds()[target]
+    name = chance.choice(sorted(files))
+    others = [content for other, content in files.items() if other != name] or [files[name]]
+    content = mutated(chance, files[name], others, chosen.family)
+    weights, commands = zip(*chosen.commands, strict=True)
+    return Case(target, seed, number, name, content, chance.choices(commands, weights)[0])
+
 
 SEED = 20261123
 """Of the cases in the suite. Another seed tries other files: `make attack SEED=...`."""
@@ -24,16 +190,7 @@ _OF_THE_MACHINE = ("hang", "memory")
 
 @dataclass
 class Tally:
-    """Figures of one target.
-
-    Args:
-        cases: how many were run
-        codes: how often each exit code came
-        failed: the cases that failed, with what became of them
-        unrepeated: how many took too long or too much once, and held when they were run again in a fresh process
-        slowest: processor time of the slowest case [s]
-        largest: memory of the largest case [bytes]
-    """
+    """Figures of one target."""
 
     cases: int = 0
     codes: Counter = field(default_factory=Counter)
@@ -43,11 +200,7 @@ class Tally:
     largest: int = 0
 
     def add(self, other: Tally) -> None:
-        """Take in the figures of another series.
-
-        Args:
-            other: series of the same target
-        """
+        """Take in the figures of another series."""
         self.cases += other.cases
         self.codes += other.codes
         self.failed += other.failed
@@ -56,25 +209,12 @@ class Tally:
 
 
 def attempt(pool: Pool, each: Case) -> Result:
-    """Run one case.
-
-    Args:
-        pool: that runs it
-        each: the case
-    """
+    """Run one case."""
     return pool.run(each.placed(pool.folder()))
 
 
 def run(target: str, numbers: Iterable[int], seed: int, pool: Pool, until: float = float("inf")) -> Tally:
-    """Run a series of cases of one target; time and memory count where they fail again in a fresh process.
-
-    Args:
-        target: its name
-        numbers: of the cases
-        seed: of the series
-        pool: that runs them
-        until: time of the monotonic clock at which no further case begins [s]
-    """
+    """Run a series of cases of one target; time and memory count where they fail again in a fresh process."""
     tally = Tally()
     for number in numbers:
         if time.monotonic() > until:
@@ -97,16 +237,7 @@ def run_all(
     targets: Sequence[str], count: int, seed: int, workers: int = 2, until: float = float("inf"),
     report: Callable[[str, Tally], None] | None = None,
 ) -> dict[str, Tally]:  # fmt: skip
-    """Run series of all targets, several at a time and in rounds, so that all get on alike where the time is short.
-
-    Args:
-        targets: their names
-        count: cases of each
-        seed: of the series
-        workers: processes
-        until: time of the monotonic clock at which no further case begins [s]
-        report: called with the name and the figures of each target at the end of every round
-    """
+    """Run series of all targets, several at a time and in rounds, so that all get on alike where the time is short."""
     found = {target: Tally() for target in targets}
 
     def one(target: str, numbers: range) -> None:

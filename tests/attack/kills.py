@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import random
 import re
@@ -12,12 +13,10 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-
-from .killed import COMMANDS, WHOLE, Command
 
 LEFT = re.compile(r"\..+\.[0-9a-f]{12}(\.\w+)?")
 """Names of files that were being written when their process was killed."""
@@ -41,18 +40,7 @@ if __name__ == "__main__":
 def run(
     count: int, seed: int, folder: Path, names: Sequence[str] = (), cache: Path | None = None
 ) -> dict[str, dict[str, int]]:
-    """Kill commands that write.
-
-    Args:
-        count: of kills, over all commands
-        seed: of chance
-        folder: empty, for all files
-        names: of the commands; all where none is given
-        cache: of kernels; where not given one in the folder, which is emptied now and then
-
-    Returns:
-        for each command what happened how often; all is well where "broken", "lost", "hindered" and "strays" are 0
-    """
+    """Kill commands that write."""
     chosen = [each for each in COMMANDS if not names or each.name in names]
     kernels = Kernels(cache or folder / "cache", cache is None)
     places = {each.name: _prepared(each, folder / each.name.replace(" ", "-"), kernels) for each in chosen}
@@ -69,12 +57,7 @@ FIGURES = ("runs", "killed", "while writing", "broken", "lost", "hindered", "str
 
 @dataclass(frozen=True)
 class Kernels:
-    """Where compiled kernels are.
-
-    Args:
-        folder: of the cache
-        ours: whether it may be emptied
-    """
+    """Where compiled kernels are."""
 
     folder: Path
     ours: bool
@@ -82,14 +65,7 @@ class Kernels:
 
 @dataclass(frozen=True)
 class Place:
-    """Where a command is killed.
-
-    Args:
-        folder: holds `inputs`, `before` and `work`
-        seconds: of a run that is not killed
-        code: that it ends with
-        kernels: that it finds
-    """
+    """Where a command is killed."""
 
     folder: Path
     seconds: float
@@ -210,3 +186,136 @@ def _is_broken(path: Path) -> bool:
     except Exception:
         return True
     return False
+
+
+CAMPAIGN = """name = "lost signals"
+description = "Signals that are lost."
+scenario = "base.toml"
+seeds = [1, 2, 3]
+
+[faults.yaw-rate]
+element = "yaw_rate"
+behaviour = "total-loss"
+start = "10 s"
+
+[[monitors]]
+monitor = "friction"
+vehicle = "midsize-eps"
+baseline = "none"
+"""
+BASE = """name = "country"
+description = "A country road."
+car = "midsize-eps-light"
+course = "country"
+seconds = 20.0
+"""
+
+
+def _whole_page(path: Path) -> None:
+    text = path.read_text(encoding="utf-8").lower()
+    assert text.startswith("<!doctype html>")
+    assert text.rstrip().endswith("</html>")
+
+
+def _whole_json(path: Path) -> None:
+    json.loads(path.read_text(encoding="utf-8"))
+
+
+def _whole_recording(path: Path) -> None:
+    from tierod.io.readers import read
+
+    assert read(path).names
+
+
+def _whole_table(path: Path) -> None:
+    from tierod_lab.campaign.summary import read_table
+
+    assert read_table(path)
+
+
+def _whole_memory(path: Path) -> None:
+    from tierod.diagnosis.fault_memory import FaultMemory
+
+    assert not FaultMemory.opened(path).open
+
+
+def _whole_baseline(path: Path) -> None:
+    from tierod.monitors.baseline import load_baseline
+
+    load_baseline(path)
+
+
+def _whole_vehicle(path: Path) -> None:
+    from tierod.vehicles import load
+
+    load(path)
+
+
+WHOLE = {
+    "*.html": _whole_page,
+    "memory*.json": _whole_memory,
+    "car.json": _whole_baseline,
+    "*.json": _whole_json,
+    "*.toml": _whole_vehicle,
+    "cells.parquet": _whole_table,
+    "*.parquet": _whole_recording,
+    "*.mf4": _whole_recording,
+    "*.csv": _whole_recording,
+}
+"""What a whole file is, by its name; the first that fits counts."""
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command that writes."""
+
+    name: str
+    arguments: tuple[str, ...]
+    inputs: Callable[[Path], None]
+    before: tuple[tuple[str, ...], ...] = ()
+    once: bool = False
+    resumes: bool = False
+
+
+def _drives(folder: Path) -> None:
+    from tierod.core.recording import Recording
+    from tierod.io.writers import write
+    from tierod_lab.ground import drive
+
+    first = Recording(drive(minutes=4.0, seed=3).channels)
+    write(first, folder / "first.parquet")
+    write(first.slice(0.0, 225.0), folder / "second.parquet")
+
+
+def _campaign(folder: Path) -> None:
+    (folder / "c.toml").write_text(CAMPAIGN)
+    (folder / "base.toml").write_text(BASE)
+
+
+def _motor(folder: Path) -> None:
+    from tierod.io.writers import write
+    from tierod.vehicles.vehicle import SHIPPED
+    from tierod_lab.ground.scenarios import load
+
+    write(load("motor-bench-multisine").run().recording, folder / "drive.parquet")
+    shutil.copy(SHIPPED / "motor-bench.toml", folder / "motor.toml")
+
+
+def _judged(recording: str) -> tuple[str, ...]:
+    kept = ("--baseline", "car.json", "--memory", "memory.json", "--signals", "signals.parquet", "-o", "page.html")
+    return ("diagnose", f"../inputs/{recording}.parquet", "--vehicle", "midsize-eps", "--no-spread", *kept)
+
+
+COMMANDS = (
+    Command("diagnose anew", _judged("first"), _drives, once=True),
+    Command("diagnose again", _judged("second"), _drives, (_judged("first"),), once=True),
+    Command("clear faults", ("faults", "clear", "memory.json"), _drives, (_judged("first"),)),
+    Command("campaign", ("campaign", "../inputs/c.toml", "-o", "runs", "--workers", "2"), _campaign, resumes=True),
+    Command("simulate", ("simulate", "mixed-drive-healthy", "--seconds", "10", "-o", "drive.mf4"), lambda _: None),
+    Command(
+        "identify",
+        ("identify", "motor", "../inputs/drive.parquet", "--vehicle", "../inputs/motor.toml", "-o", "found.toml",
+         "--report", "page.html"),
+        _motor,
+    ),
+)  # fmt: skip

@@ -6,6 +6,7 @@ What knows texts stands in `texts`, what knows a format in `formats`, whose `mut
 from __future__ import annotations
 
 import random
+import re
 import struct
 from collections.abc import Callable, Sequence
 
@@ -66,22 +67,8 @@ def set_number(chance: random.Random, content: bytes, others: Sequence[bytes]) -
     return content[:place] + packed + content[place + size :]
 
 
-def step_number(chance: random.Random, content: bytes, others: Sequence[bytes]) -> bytes:
-    """A length or offset becomes a little more or less."""
-    size = chance.choice((1, 2, 4, 8))
-    if len(content) < size:
-        return content
-    place = min(place_in(chance, content) // size * size, len(content) - size)
-    value = int.from_bytes(content[place : place + size], "little") + chance.choice((-8, -2, -1, 1, 2, 8, 1000))
-    return content[:place] + (value % (1 << (8 * size))).to_bytes(size, "little") + content[place + size :]
-
-
 def cut(chance: random.Random, content: bytes, others: Sequence[bytes]) -> bytes:
     return content[: place_in(chance, content)]
-
-
-def cut_beginning(chance: random.Random, content: bytes, others: Sequence[bytes]) -> bytes:
-    return content[chance.choice((1, 2, 4, 16, 64, place_in(chance, content))) :]
 
 
 def drop_block(chance: random.Random, content: bytes, others: Sequence[bytes]) -> bytes:
@@ -95,11 +82,6 @@ def repeat_block(chance: random.Random, content: bytes, others: Sequence[bytes])
     return (content[:end] + content[begin:end] * times + content[end:])[:LARGEST]
 
 
-def swap_blocks(chance: random.Random, content: bytes, others: Sequence[bytes]) -> bytes:
-    (a, b), (c, d) = sorted((_span(chance, content), _span(chance, content)))
-    return content if b > c else content[:a] + content[c:d] + content[b:c] + content[a:b] + content[d:]
-
-
 def clear_block(chance: random.Random, content: bytes, others: Sequence[bytes]) -> bytes:
     begin, end = _span(chance, content)
     return content[:begin] + bytes([chance.choice((0, 0xFF, 32))]) * (end - begin) + content[end:]
@@ -110,12 +92,113 @@ def splice(chance: random.Random, content: bytes, others: Sequence[bytes]) -> by
     return content[: place_in(chance, content)] + other[place_in(chance, other) :]
 
 
-def insert_random(chance: random.Random, content: bytes, others: Sequence[bytes]) -> bytes:
-    place = place_in(chance, content)
-    return content[:place] + chance.randbytes(chance.choice((1, 3, 16, 200))) + content[place:]
-
-
 BYTES: tuple[Operator, ...] = (
-    flip_bits, set_bytes, set_number, set_number, step_number, cut, cut_beginning, drop_block, repeat_block,
-    swap_blocks, clear_block, splice, insert_random,
+    flip_bits, set_bytes, set_number, set_number, cut, drop_block, repeat_block, clear_block, splice,
+)  # fmt: skip
+
+
+NUMBERS = (
+    "0", "-0.0", "-1", "1e309", "-1e309", "1e300", "1e-400", "nan", "-nan", "inf", "-Infinity", "NaN", "1e", "--1",
+    "0x7fffffffffffffff", "9" * 400, "9223372036854775808", "1_000", "1,5", "1.5.2", "+", ".", "1e999999999",
+    "1" + "0" * 5000, "0b1", "١٢", "-9999999999999999999999", "3e8", "2038-01-19T03:14:08", "12:61", "1" * 310 + ".0",
+)  # fmt: skip
+UNITS = (
+    "m**9**9**9", "m**9**9**9**9", "dB", "dBm", "N*m**-2/s", "((((m))))", "degC**2", "m/0", "1/0", "m**nan", "m**1e9",
+    "kilo" * 50 + "m", "Å", "%%%", "m*" * 3000 + "m", "{}", "'", "degF", "delta_degC", "m^-1e400", "\\x1b[31m", "()",
+    "m**(2**(2**(2**2)))", "-m", "+", "**", "N m", "count", "octave", "pH", "bit**64", "lambda:0", "@", "m//s", "!m",
+)  # fmt: skip
+TOKENS = (
+    "", " ", "\0", "\x1b[2J\x1b]0;title\x07", "\x9b31m", "\r", "\u202e", "\ufeff", "\ud7ff", "\u2028", "\U0010ffff",
+    "é" * 70, "'", '"', '"""', "[", "]", "[[", "]]", "{", "}", "=", "#", ",", ";", "\t", "\n", "\\", "\\u0000",
+    "\\ud800", "%s%n", "{0}", "[bold]", "[/]", "__class__", "../../../../etc/passwd", "/dev/zero", "/dev/stdin", "~",
+    "null", "true", "false", "." * 3000, "a." * 2000, "[" * 1500, "{" * 1500, '{"a":' * 1500, "x" * 20000, "\n" * 3000,
+    "time", "Time [s]", "timestamp", "timestamp_ms", "time [ms]", "# tierod {}", "# tierod []",
+    '# tierod {"channels": 5}',
+)  # fmt: skip
+
+
+def _words(content: bytes) -> list[tuple[int, int]]:
+    """(begin, end) of words and numbers, separators apart."""
+    return [found.span() for found in re.finditer(rb"[^\s,;:=\[\]{}()\"']+", content[:LARGEST])]
+
+
+def _put(content: bytes, begin: int, end: int, text: str) -> bytes:
+    return (content[:begin] + text.encode("utf-8", "surrogatepass") + content[end:])[:LARGEST]
+
+
+def replace_word(chance: random.Random, content: bytes, others: Sequence[bytes]) -> bytes:
+    words = _words(content)
+    if not words:
+        return content
+    near = words[: chance.choice((20, 60, len(words)))]
+    begin, end = chance.choice(near)
+    return _put(content, begin, end, chance.choice(chance.choice((NUMBERS, UNITS, TOKENS))))
+
+
+def replace_number(chance: random.Random, content: bytes, others: Sequence[bytes]) -> bytes:
+    found = [each.span() for each in re.finditer(rb"[-+]?\d+(\.\d+)?([eE][-+]?\d+)?", content[:LARGEST])]
+    if not found:
+        return content
+    begin, end = chance.choice(found[: chance.choice((30, len(found)))])
+    return _put(content, begin, end, chance.choice(NUMBERS))
+
+
+def replace_unit(chance: random.Random, content: bytes, others: Sequence[bytes]) -> bytes:
+    pattern = rb"(?<=\[)[^\]\n]{0,20}(?=\])|(?<=\")[\w*/%^. -]{1,12}(?=\")|(?<=[;,])(N\*m|rad|m)[^;,\n]*"
+    found = [each.span() for each in re.finditer(pattern, content[:LARGEST])]
+    if not found:
+        return content
+    begin, end = chance.choice(found)
+    return _put(content, begin, end, chance.choice(UNITS))
+
+
+def insert_token(chance: random.Random, content: bytes, others: Sequence[bytes]) -> bytes:
+    place = place_in(chance, content)
+    return _put(content, place, place, chance.choice(TOKENS))
+
+
+def _lines(content: bytes) -> list[bytes]:
+    return content.splitlines(keepends=True) or [b""]
+
+
+def drop_line(chance: random.Random, content: bytes, others: Sequence[bytes]) -> bytes:
+    lines = _lines(content)
+    place = chance.randrange(min(len(lines), chance.choice((3, 10, 10000))))
+    del lines[place : place + chance.choice((1, 1, 2, 20))]
+    return b"".join(lines)
+
+
+def drop_column(chance: random.Random, content: bytes, others: Sequence[bytes]) -> bytes:
+    """A column of a table goes, is there twice, or is empty."""
+    mark = max((b",", b";", b"\t", b" "), key=content[:2000].count)
+    place, how = chance.randrange(8), chance.randrange(3)
+    lines = []
+    for line in content.split(b"\n"):
+        cells = line.split(mark)
+        if len(cells) > place:
+            cells[place : place + 1] = ([], [cells[place]] * 2, [b""])[how]
+        lines.append(mark.join(cells))
+    return b"\n".join(lines)
+
+
+def recode(chance: random.Random, content: bytes, others: Sequence[bytes]) -> bytes:
+    """The same text in another encoding, or with other ends of lines."""
+    text = content.decode("latin-1")
+    how = chance.randrange(6)
+    if how == 0:
+        return text.encode(chance.choice(("utf-16", "utf-16-le", "utf-32", "utf-7")))
+    if how == 1:
+        return b"\xef\xbb\xbf" * chance.choice((1, 2)) + content
+    if how == 2:
+        return content.replace(b"\n", chance.choice((b"\r\n", b"\r", b"\n\n", b"\x0b", b"")))
+    if how == 3:
+        return content.replace(b" ", chance.choice((b"\xa0", b"\xc2\xa0", b"\0", b"\t")))
+    if how == 4:
+        return content.upper() if chance.random() < 0.5 else content.lower()
+    return content.replace(b".", b",")
+
+
+TEXT: tuple[Operator, ...] = (
+    replace_word, replace_word, replace_word, replace_number, replace_number, replace_unit, insert_token, insert_token,
+    drop_line, drop_column, recode, flip_bits, set_bytes, cut, drop_block, splice,
 )  # fmt: skip

@@ -35,18 +35,7 @@ _SHORT = re.compile(r"not enough memory|MemoryError|malloc of size|bad_alloc|[Uu
 
 @dataclass(frozen=True)
 class Result:
-    """What became of a command.
-
-    Args:
-        kind: "" where it held, else what went wrong: crash, hang, memory, traceback, defect, code, escape, flood or
-            silence
-        code: exit code; None where there is none
-        stdout: what it printed
-        stderr: what it said
-        detail: signal, traceback, or other evidence
-        seconds: processor time [s]
-        memory: beyond what the worker held before [bytes]
-    """
+    """What became of a command."""
 
     kind: str
     code: int | None
@@ -58,11 +47,7 @@ class Result:
 
 
 class Pool:
-    """One worker process, and the folder in which its commands run.
-
-    Args:
-        wait: by the clock, after which a worker that does not answer is ended [s]
-    """
+    """One worker process, and the folder in which its commands run."""
 
     def __init__(self, wait: float = WAIT) -> None:
         self.wait = wait
@@ -86,12 +71,7 @@ class Pool:
         return folder
 
     def run(self, arguments: list[str], encoding: str = "utf-8") -> Result:
-        """Run a command in the folder that was asked for last.
-
-        Args:
-            arguments: of tierod
-            encoding: of its output
-        """
+        """Run a command in the folder that was asked for last."""
         if self.process is None or not self.left:
             self._end()
             self._begin()
@@ -160,11 +140,7 @@ class Pool:
         return self._result("crash", None, reason)
 
     def judged(self, answer: dict[str, Any]) -> Result:
-        """What became of a command that came to an end.
-
-        Args:
-            answer: of the worker
-        """
+        """What became of a command that came to an end."""
         figures = {"seconds": answer["seconds"], "memory": answer["memory"]}
         stdout, stderr = self._text("stdout"), self._text("stderr")
         both = stdout + stderr

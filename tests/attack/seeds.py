@@ -55,12 +55,7 @@ optional = true
 
 
 def drive(rows: int = ROWS, rate: float = 50.0) -> Recording:
-    """A few seconds of a weave at 15 m/s.
-
-    Args:
-        rows: samples of each signal
-        rate: of the samples [Hz]
-    """
+    """A few seconds of a weave at 15 m/s."""
     time = np.arange(rows) / rate
     channels = {}
     for number, (name, (unit, size)) in enumerate(SIGNALS.items()):

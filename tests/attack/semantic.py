@@ -1,18 +1,13 @@
 """The semantic attack: one or two signals of a recording are wrong, and no verdict may be confidently wrong.
 
 Of a changed faulty recording exit 0 must name a changed signal; of a changed fault-free one so must exit 1.
-`PYTHONPATH=tests python -m attack.semantic MONITOR` prints the whole matrix of a monitor, and
-`... MONITOR --pairs COUNT --seed SEED` draws cases in which two signals are changed at once.
 """
 
 from __future__ import annotations
 
-import argparse
 import io
 import itertools
 import re
-import sys
-import tempfile
 import time
 import traceback
 from collections import Counter
@@ -24,8 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from attack.semantic_changes import changed, changes, touched
-from attack.semantic_drives import DRIVES, Drive, recorded
+from attack.semantic_drives import DRIVES, Drive, changed, changes, recorded, touched
 from tierod.core.errors import TierodError
 from tierod.core.findings import Diagnosis, Status
 from tierod.core.recording import Recording
@@ -75,13 +69,7 @@ _REFERENCE = ("than currents and voltages give", "that currents and voltages giv
 
 @dataclass(frozen=True)
 class Case:
-    """Changes of signals of one recording, made one after the other.
-
-    Args:
-        drive: which recording
-        changes: pairs of signal and change
-        seed: of the recording and of noise
-    """
+    """Changes of signals of one recording, made one after the other."""
 
     drive: Drive
     changes: tuple[tuple[str, str], ...]
@@ -108,16 +96,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a case.
-
-    Args:
-        code: exit code of `tierod diagnose`
-        status: of the finding; "refused" or "defect" without one
-        named: whether the output names a changed signal where the unchanged recording's does not
-        blamed: the same of headline, cause, action, warnings and faulty elements alone
-        text: headline and cause, or the message
-        seconds: that it took
-    """
+    """What became of a case."""
 
     code: int
     status: str
@@ -128,12 +107,7 @@ class Outcome:
 
 
 def outcome(case: Case, folder: Path) -> Outcome:
-    """Judge one case.
-
-    Args:
-        case: which
-        folder: where recordings are kept
-    """
+    """Judge one case."""
     recording, signals = case.recording(folder), case.touched
     begun = time.perf_counter()
     try:
@@ -225,13 +199,7 @@ def signals_of(drive: Drive, recording: Recording) -> tuple[str, ...]:
 
 
 def matrix(drive: Drive, seed: int, folder: Path) -> Iterator[Case]:
-    """Every case of one recording.
-
-    Args:
-        drive: which
-        seed: of the recording
-        folder: where it is kept
-    """
+    """Every case of one recording."""
     names = signals_of(drive, recorded(drive, seed, folder))
     for signal in names:
         for change in changes(names, signal):
@@ -239,15 +207,7 @@ def matrix(drive: Drive, seed: int, folder: Path) -> Iterator[Case]:
 
 
 def pairs(drive: Drive, seed: int, folder: Path, count: int, random: np.random.Generator) -> list[Case]:
-    """Distinct cases of one recording in which two signals are changed at once, without those that nothing can show.
-
-    Args:
-        drive: which
-        seed: of the recording
-        folder: where it is kept
-        count: of cases
-        random: source of the draw
-    """
+    """Distinct cases of one recording in which two signals are changed at once, without those that nothing can show."""
     single = [case.changes[0] for case in matrix(drive, seed, folder)]
     found: dict[tuple[tuple[str, str], ...], Case] = {}
     while len(found) < count:
@@ -264,15 +224,7 @@ def _unobservable(first: tuple[str, str], second: tuple[str, str]) -> bool:
 
 
 def drawn(drives: Sequence[Drive], count: int, seed: int, folder: Path, seeds: Sequence[int] = SEEDS) -> list[Case]:
-    """Cases drawn at random, as many of each recording, those of one recording together; every one where count allows.
-
-    Args:
-        drives: recordings, each with every one of the seeds in turn
-        count: of cases
-        seed: of the draw
-        folder: where recordings are kept
-        seeds: of the recordings
-    """
+    """Cases drawn at random, as many of each recording; every one where count allows."""
     random = np.random.default_rng(seed)
     places = list(itertools.product(drives, seeds))
     if count < len(places):
@@ -288,19 +240,7 @@ def drawn(drives: Sequence[Drive], count: int, seed: int, folder: Path, seeds: S
 def run(
     count: int, seed: int, folder: Path, monitors: Iterable[str] = tuple(MONITORS), seeds: Sequence[int] = SEEDS
 ) -> dict[str, dict[str, Any]]:
-    """Judge a sample of all cases, drawn at random.
-
-    Args:
-        count: of cases; all of them where there are no more
-        seed: of the draw
-        folder: where recordings are kept
-        monitors: that are attacked
-        seeds: of the recordings
-
-    Returns:
-        figures by monitor: cases, exit codes, those that change nothing that is said, defects, wrong words by name of
-        the case, slowest case [s]
-    """
+    """Judge a sample of all cases, drawn at random."""
     chosen = tuple(monitors)
     cases = drawn([drive for drive in DRIVES if drive.monitor in chosen], count, seed, folder, seeds)
     figures: dict[str, dict[str, Any]] = {}
@@ -317,45 +257,3 @@ def run(
             "slowest_s": max((each.seconds for each in found.values()), default=0.0),
         }
     return figures
-
-
-def main() -> int:
-    """Print the matrix of one monitor, a line per case; those with wrong words are marked."""
-    parser = argparse.ArgumentParser(description=main.__doc__)
-    parser.add_argument("monitor", choices=list(MONITORS))
-    parser.add_argument("--pairs", type=int, help="number of cases with two changed signals, over all recordings")
-    parser.add_argument("--folder", type=Path, help="where recordings are kept")
-    parser.add_argument("--seed", type=int, default=SEEDS[0])
-    parser.add_argument("--drive", help="one recording alone")
-    parser.add_argument("--signal", help="one signal alone")
-    parser.add_argument("--wrong", action="store_true", help="print the failures alone")
-    given = parser.parse_args()
-    folder = given.folder or Path(tempfile.mkdtemp(prefix="semantic-"))
-    folder.mkdir(parents=True, exist_ok=True)
-    failures = total = 0
-    drives = [each for each in DRIVES if each.monitor == given.monitor]
-    for at, drive in enumerate(drives):
-        if given.drive not in (None, drive.name):
-            continue
-        usual = judged(drive, recorded(drive, given.seed, folder))
-        print(f"== {drive.monitor}, {drive.name}, unchanged: {usual.findings[0].status}: {usual.findings[0].headline}")
-        cases: Iterable[Case] = matrix(drive, given.seed, folder)
-        if given.pairs:
-            share = given.pairs * (at + 1) // len(drives) - given.pairs * at // len(drives)
-            cases = pairs(drive, given.seed, folder, share, np.random.default_rng((given.seed, at)))
-        for case in cases:
-            if given.signal is not None and given.signal not in case.touched:
-                continue
-            found = outcome(case, folder)
-            reason = wrong(case, found)
-            total, failures = total + 1, failures + bool(reason)
-            if reason or not given.wrong:
-                mark = "!!" if reason else "  "
-                said = "named" if found.named else "     "
-                print(f"{mark} {case.name}: {found.code} {found.status} {said} {found.text}", flush=True)
-    print(f"{failures} wrong of {total}")
-    return 1 if failures else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

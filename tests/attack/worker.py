@@ -32,11 +32,7 @@ _DIE_WITH_PARENT = 1
 
 
 def main(folder: str) -> None:
-    """Serve until the input ends.
-
-    Args:
-        folder: where the output of commands is kept
-    """
+    """Serve until the input ends."""
     # A worker that waits for ever in a command would outlive an attack that is stopped.
     ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
     ask, answer = os.fdopen(os.dup(0), "r"), os.fdopen(os.dup(1), "w")

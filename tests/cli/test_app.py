@@ -1,5 +1,4 @@
 import errno
-import json
 import os
 import subprocess
 import sys
@@ -12,6 +11,8 @@ import pytest
 
 from tierod import __version__
 from tierod.cli import app, main
+from tierod.cli.app import commands
+from tierod.cli.examples import EXAMPLES
 from tierod.core.errors import InputError, KernelWarning
 from tierod.io.readers import read
 
@@ -90,21 +91,6 @@ def test_what_goes_wrong_becomes_one_line(verb, capsys, error, code, sentence):
     assert captured.out == ""
 
 
-@pytest.mark.parametrize(
-    "arguments", [("inspect", "DRIVE", "--map", "LOOP"), ("diagnose", "DRIVE", "--baseline", "LOOP")]
-)
-def test_a_link_to_itself_is_bad_input(arguments, tmp_path, capsys):
-    loop, drive = tmp_path / "loop", tmp_path / "drive.csv"
-    loop.symlink_to(loop)
-    drive.write_text("time [s],yaw_rate [rad/s]\n0,1\n1,2\n2,3\n")
-    places = {"DRIVE": str(drive), "LOOP": str(loop)}
-    vehicle = ["--vehicle", "midsize-eps", "--no-report"] if arguments[0] == "diagnose" else []
-    assert main([*(places.get(each, each) for each in arguments), *vehicle]) == 3
-    said = capsys.readouterr().err
-    assert said.startswith("tierod: ")
-    assert "loop" in said
-
-
 def test_a_sentence_that_repeats_a_file_is_shortened(verb, capsys):
     assert verb(raising(InputError(f"there is no column {'x' * 100_000}; name another one")))() == 3
     said = capsys.readouterr().err
@@ -147,26 +133,14 @@ def test_a_verdict_is_never_healthy_where_no_reader_comes(verb, monkeypatch, lin
     stdout.close()
 
 
-def test_a_full_disk_behind_stdout_is_reported():
-    if not Path("/dev/full").is_char_device():
-        pytest.skip("this system has no /dev/full")
-    with open("/dev/full", "w") as full:
-        command = [sys.executable, "-m", "tierod", "vehicles", "--json"]
-        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
-    assert done.returncode == 3
-    assert done.stderr.startswith("tierod: no space left on device")
-
-
 PROGRAM = f"{sys.executable} -P -m tierod"
 
 
 @pytest.mark.parametrize(
     ("command", "code"),
     [
-        ("vehicles >&-", 141), ("vehicles >&- 2>&-", 141), ("vehicles <&- >&- 2>&-", 141), ("vehicles --json >&-", 141),
-        ("--version >&-", 141), ("--help >&-", 141), ("vehicles none >&-", 3), ("vehicles none 2>&-", 3),
-        ("vehicles 2>&- >/dev/null", 0), ("vehicles <&- >/dev/null", 0), ("vehicles none 2>/dev/full", 3),
-        ("--version >/dev/full", 3), ("2>&- >&-", 3),
+        ("vehicles <&- >&- 2>&-", 141), ("--version >&-", 141), ("vehicles none >&-", 3),
+        ("vehicles 2>&- >/dev/null", 0), ("vehicles none 2>/dev/full", 3), ("--version >/dev/full", 3),
     ],
 )  # fmt: skip
 def test_closed_streams_end_with_a_code_and_without_a_traceback(tmp_path, command, code):
@@ -186,21 +160,6 @@ def test_a_file_never_takes_the_place_of_a_closed_output(tmp_path):
     assert np.array_equal(channel.values, np.arange(50.0))
 
 
-def test_the_entry_point_exits_with_the_code():
-    done = subprocess.run(
-        [sys.executable, "-m", "tierod", "vehicles", "none"], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 3
-    assert done.stderr.startswith("tierod: no vehicle is called 'none'")
-
-
-def test_json_is_one_document_on_stdout(capsys):
-    assert main(["vehicles", "--json"]) == 0
-    captured = capsys.readouterr()
-    assert {vehicle["name"] for vehicle in json.loads(captured.out)["vehicles"]} >= {"midsize-eps", "rav4"}
-    assert captured.err == ""
-
-
 def test_warnings_are_sentences_without_a_place_in_the_code(monkeypatch, capsys):
     def warn(_):
         warnings.warn("the cache is full. Kernels are kept elsewhere", KernelWarning, stacklevel=1)
@@ -214,3 +173,25 @@ def test_warnings_are_sentences_without_a_place_in_the_code(monkeypatch, capsys)
     error = capsys.readouterr().err.splitlines()
     assert error[0] == "tierod: the cache is full. Kernels are kept elsewhere"
     assert error[1].startswith("tierod: a library warns of 'numbers overflow'")
+
+
+@pytest.mark.parametrize(("typed", "offered"), [("tierod diag", "diagnose"), ("tierod diagnose --base", "--baseline")])
+def test_bash_completes_commands_and_options(typed, offered):
+    asked = {"_TIEROD_COMPLETE": "complete_bash", "COMP_WORDS": typed, "COMP_CWORD": str(len(typed.split()) - 1)}
+    ran = subprocess.run(
+        [sys.executable, "-m", "tierod"], capture_output=True, text=True, env=os.environ | asked, check=False
+    )
+    assert offered in ran.stdout.split()
+
+
+@pytest.mark.parametrize("verb", ["diagnose", "identify", "fleet", "replay"])
+def test_help_shows_the_units_of_options(verb, capsys):
+    assert main([verb, "--help"]) == 0
+    assert "[s]." in " ".join(capsys.readouterr().out.replace("│", " ").split())
+
+
+@pytest.mark.parametrize("verb", EXAMPLES)
+def test_examples_are_of_commands_that_there_are(verb):
+    assert verb in commands()
+    for line in EXAMPLES[verb]:
+        assert f"tierod {verb}" in line

@@ -70,12 +70,7 @@ def test_a_campaign_leaves_recordings_verdicts_table_document_and_page(ran, caps
     runs = ran / "runs"
     for kind, count in (("drives", 4), ("recordings", 4), ("verdicts", 4)):
         assert len(list((runs / kind).iterdir())) == count
-    assert [row.given for row in read_table(runs / "cells.parquet")] == [
-        "fault-free",
-        "fault-free",
-        "yaw-rate",
-        "yaw-rate",
-    ]
+    assert [row.given for row in read_table(runs / "cells.parquet")] == [*2 * ["fault-free"], *2 * ["yaw-rate"]]
     page = (runs / "report.html").read_text(encoding="utf-8")
     for recording in (runs / "recordings").iterdir():
         assert f'href="recordings/{recording.name}"' in page
@@ -89,13 +84,6 @@ def test_the_same_command_again_only_shows_what_is_there(ran, capsys):
     assert "report: runs/report.html" in captured.out
     assert "lost signals: 4 of 4 drives" in captured.err
     assert before == {path: path.stat().st_mtime_ns for path in (ran / "runs").glob("*/*")}
-
-
-def test_json_is_one_document_by_the_schema(ran, capsys):
-    assert campaign("c.toml", "-o", "runs", "--json") == 0
-    captured = capsys.readouterr()
-    jsonschema.validate(json.loads(captured.out), SCHEMA)
-    assert "report: runs/report.html" in captured.err
 
 
 @pytest.mark.parametrize(
@@ -119,28 +107,6 @@ def test_a_dry_run_shows_matrix_and_cost_and_writes_nothing(place, capsys):
     content = json.loads(capsys.readouterr().out)
     assert (len(content["drives"]), content["missing"], content["hours"]) == (4, 4, pytest.approx(80.0 / 3600.0))
     assert content["bytes"] > 1e5
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "result"),
-    [
-        ("seeds", "seds", "tierod: c.toml, line 4: 'seds' is not known here; did you mean 'seeds'?"),
-        ('"yaw_rate"', '"yaw_rat"', "tierod: c.toml, line 7: "),
-        ('"friction"', '"fricton"', "tierod: c.toml, line 12: there is no monitor 'fricton'; did you mean 'friction'?"),
-    ],
-)
-def test_a_slip_is_refused_before_any_drive(place, old, new, result, capsys):
-    Path("c.toml").write_text(FILE.replace(old, new, 1))
-    assert campaign("c.toml", "-o", "runs") == 3
-    assert capsys.readouterr().err.startswith(result)
-    assert not (place / "runs").exists()
-
-
-def test_a_dry_run_of_what_is_half_done_shows_the_rest(ran, capsys):
-    for path in (ran / "runs" / "verdicts").glob("yaw-rate*"):
-        path.unlink()
-    assert campaign("c.toml", "-o", "runs", "--dry-run") == 0
-    assert "2 of them are still to be driven or judged" in " ".join(capsys.readouterr().out.split())
 
 
 def test_a_folder_without_verdicts_of_this_campaign_is_not_summed_up(ran, capsys):
@@ -175,16 +141,17 @@ def test_shipped_campaigns_are_listed_and_printed(capsys):
     assert capsys.readouterr().out.startswith("name = ")
 
 
-@pytest.mark.parametrize("sent", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)])
-def test_a_campaign_that_is_stopped_says_how_to_go_on_and_leaves_no_process(place, sent):
+def test_a_campaign_that_is_stopped_says_how_to_go_on_and_leaves_no_process(place):
     Path("c.toml").write_text(FILE.replace("[1, 2]", "{ first = 1, count = 50 }"))
     command = [sys.executable, "-m", "tierod", "campaign", "c.toml", "-o", "runs", "--workers", "1"]
-    heard = partial(signal.signal, sent, signal.SIG_DFL)  # a shell lets what it starts in the background ignore SIGINT
+    heard = partial(
+        signal.signal, signal.SIGINT, signal.SIG_DFL
+    )  # a shell lets what it starts in the background ignore SIGINT
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True, preexec_fn=heard)
     deadline = time.monotonic() + 120.0
     while not list(place.glob("runs/verdicts/*.json")) and time.monotonic() < deadline:
         time.sleep(0.02)
-    process.send_signal(sent)
+    process.send_signal(signal.SIGINT)
     _, result = process.communicate(timeout=60.0)
     assert process.returncode == 130
     assert "of 100 drives are finished and kept in runs; the same command goes on from there" in result

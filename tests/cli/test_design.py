@@ -1,8 +1,10 @@
 import json
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
 
+from report_pages import Page, charts
 from tierod.cli import main
 from tierod.cli.design import seconds_between
 from tierod.core.recording import Channel, Recording
@@ -69,24 +71,66 @@ def test_false_alarms_in_words(text, seconds):
     assert seconds_between(text) == pytest.approx(seconds)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        ([], "--sigma"),
-        (["--sigma", "-1"], "greater than zero"),
-        (["--sigma", "0.4", "--rule", "cusm"], "did you mean 'cusum'"),
-        (["--sigma", "0.4", "--false-alarms", "never"], "1 per 10000 h"),
-        (["--sigma", "0.4", "--false-alarms", "0 per h"], "1 per 10000 h"),
-        (["--sigma", "0.4", "--residual", "absent.parquet"], "either --sigma"),
-        (["--residual", "absent.parquet"], "absent.parquet"),
-        (["--sigma", "0.4", "--sides", "left"], "sides is 'left'"),
-        (["--sigma", "0.4", "--signal", "yaw_rate"], "goes with --residual"),
-        (["--sigma", "0.4", "--shift", "1e-6", "--false-alarms", "1 per 1e5 h"], "look for a larger shift"),
-        (["--sigma", "0.4", "--false-alarms", "1 per 0.01 s"], "ask for more"),
-    ],
-)
-def test_bad_use_is_reported_in_a_line(arguments, says, capsys):
-    assert main([*WISH, *arguments]) == 3
-    error = capsys.readouterr().err
-    assert says in error
-    assert "Traceback" not in error
+@pytest.fixture
+def empty(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_the_demonstrator_is_reported_in_tables_and_on_a_page(empty, capsys):
+    assert main(["isolability", "--vehicle", "smartload"]) == 0
+    printed = capsys.readouterr().out
+    for result in ("not separable from steering motor 2", "from its current", "smartload-isolability.html"):
+        assert result in printed
+    text = (empty / "smartload-isolability.html").read_text(encoding="utf-8")
+    seen = Page(text)
+    assert seen.open == []
+    assert len(set(seen.identifiers)) == len(seen.identifiers)
+    assert list(charts(text)) == ["isolability"]
+
+
+def test_json_is_one_document_and_shows_what_a_poorer_car_confuses(empty, capsys):
+    lacking = ("tie_rod_force", "longitudinal_acceleration", "lateral_acceleration")
+    poorer = [word for name in lacking for word in ("--without", name)]
+    assert main(["isolability", "--vehicle", "smartload", *poorer, "--json", "--no-report"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["schema"] == "tierod.isolability/2"
+    assert "tie_rod_force" not in document["faults"]
+    poor = document["views"]["forces of tyres and tie rods unknown"]
+    (group,) = poor["not_isolable"]
+    assert {"steering_wheel_angle", "steering_shaft_torque", "steering_motor_1"} <= set(group)
+    assert list(empty.iterdir()) == []
+
+
+needs_fmpy = pytest.mark.skipif(find_spec("fmpy") is None, reason="fmpy is not installed")
+
+
+def validate_fmu(path):
+    """Remarks of fmpy on a unit."""
+    from fmpy.validation import validate_fmu as validate
+
+    return validate(path)
+
+
+def test_a_monitor_is_exported_with_the_drive_it_is_compared_by(tmp_path, capsys):
+    words = ["export", "c", "sideslip", "--vehicle", "midsize-eps", "-o", str(tmp_path / "ecu")]
+    assert main(words) == 0
+    assert "make -C" in capsys.readouterr().out
+    assert "slalom-winter-tyres" in (tmp_path / "ecu/README.md").read_text()
+    assert (tmp_path / "ecu/test/expected.csv").read_text().startswith("step,")
+
+
+@needs_fmpy
+@pytest.mark.parametrize("what", ["plant", "driver", "assist"])
+def test_what_a_scenario_drives_with_becomes_a_unit(tmp_path, capsys, what):
+    words = ["export", "fmu", what, "--scenario", "weave-small-car", "-o", str(tmp_path / "a.fmu")]
+    assert main(words) == 0
+    assert "FMI 2.0 co-simulation" in capsys.readouterr().out
+    assert validate_fmu(str(tmp_path / "a.fmu")) == []
+
+
+def test_a_readme_of_the_user_is_not_overwritten(tmp_path, capsys):
+    (tmp_path / "README.md").write_text("mine")
+    assert main(["export", "c", "sideslip", "--vehicle", "midsize-eps", "-o", str(tmp_path)]) == 3
+    assert "name a folder of its own" in capsys.readouterr().err
+    assert (tmp_path / "README.md").read_text() == "mine"

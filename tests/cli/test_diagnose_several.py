@@ -9,17 +9,19 @@ import numpy as np
 import pytest
 
 import tierod.report
+from driven import drive
 from tierod.cli import main
 from tierod.cli.terminal import origin
-from tierod.core.findings import Finding, Status
+from tierod.core.findings import Status
 from tierod.core.recording import Recording
 from tierod.core.signals import SIGNALS
+from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.io.writers import write
+from tierod.monitors.baseline import load_baseline
 from tierod.monitors.diagnose import Judged, NotRun
 from tierod.monitors.diagnose import diagnose as run
 from tierod.report import several
 from tierod.vehicles import VEHICLES
-from tierod_lab.ground import drive
 from tierod_lab.ground.scenarios import load as load_scenario
 
 
@@ -45,13 +47,10 @@ def _here(folder, monkeypatch):
 def test_several_recordings_give_one_page_and_the_worst_code(folder, capsys):
     code = main(["diagnose", "a.parquet", "b.parquet", "--vehicle", "car.toml", "--monitor", "friction"])
     printed = capsys.readouterr().out
-    assert "a.parquet" in printed
-    assert "b.parquet" in printed
     assert "report: recordings-friction.html" in printed
     (page,) = folder.glob("*.html")
     text = page.read_text(encoding="utf-8")
-    assert "recording a.parquet" in text
-    assert "recording b.parquet" in text
+    assert all(f"recording {name}.parquet" in text for name in "ab")
     assert code in (0, 1, 2)
 
 
@@ -66,11 +65,6 @@ def test_a_car_that_names_no_monitor_is_judged_by_every_one_that_can_run(capsys)
     assert {"friction", "sideslip"} <= one["diagnoses"].keys()
     assert {each["monitor"] for each in one["not_run"]} >= {"hysteresis", "motor-angle"}
     assert one["diagnoses"]["friction"]["findings"][0]["monitor"].startswith("friction")
-
-
-def test_a_car_that_names_a_monitor_keeps_it_for_one_recording(capsys):
-    assert main(["diagnose", "a.parquet", "--vehicle", "midsize-eps", "--no-report", "--json"]) in (0, 2)
-    assert json.loads(capsys.readouterr().out)["schema"] == "tierod.diagnosis/4"
 
 
 def test_what_a_reader_must_know_stands_below_the_table_once(folder, monkeypatch, capsys):
@@ -103,10 +97,7 @@ def test_a_stretch_is_judged_alone(capsys):
     [
         (["a.parquet", "absent.parquet"], "there is no file absent.parquet"),
         (["a.parquet", "b.parquet", "--monitor", "frictoin"], "did you mean 'friction'"),
-        (
-            ["a.parquet", "b.parquet", "--memory", "memory.json"],
-            "--memory works with one monitor and one recording only",
-        ),
+        (["a.parquet", "b.parquet", "--memory", "memory.json"], "--memory works with one monitor and one recording"),
         (["a.parquet", "--variant", "presliding"], "name one with --monitor"),
         (["a.parquet", "--from", "20", "--to", "10"], "--from before --to"),
         (["a.parquet", "--from", "1000"], "it covers 0"),
@@ -122,7 +113,7 @@ def test_what_is_wrong_is_said_and_nothing_is_written(arguments, sentence, folde
     assert not (folder / "memory.json").exists()
 
 
-@pytest.mark.parametrize("place", [0, 1, 2])
+@pytest.mark.parametrize("place", [0, 2])
 def test_a_recording_that_cannot_be_used_takes_no_verdict_from_the_others(place, folder, capsys):
     (folder / "torn.parquet").write_bytes((folder / "a.parquet").read_bytes()[:50_000])
     given = ["a.parquet", "b.parquet"]
@@ -137,15 +128,6 @@ def test_a_recording_that_cannot_be_used_takes_no_verdict_from_the_others(place,
     assert [one["diagnoses"]["sideslip"]["exit_code"] for one in document["recordings"]] == [0, 0]
     page = (folder / "recordings-sideslip.html").read_text(encoding="utf-8")
     assert "1 of 3 recordings could not be judged: torn.parquet." in page
-
-
-def test_a_stretch_that_one_recording_lacks_takes_no_verdict_from_the_others(folder, capsys):
-    write(drive(minutes=1.0, seed=5), folder / "short.parquet")
-    arguments = ["a.parquet", "short.parquet", "--vehicle", "car.toml", "--from", "70", "--no-report"]
-    assert main(["diagnose", *arguments]) == 2
-    printed = " ".join(capsys.readouterr().out.split())
-    assert "short.parquet all short.parquet has no data from 70 s on" in printed
-    assert "a.parquet sideslip" in printed
 
 
 def test_a_recording_without_a_verdict_is_no_excuse_for_a_fault(folder):
@@ -179,43 +161,6 @@ def test_a_column_that_one_recording_lacks_stops_only_what_needs_it(folder, caps
     assert "did you mean" not in refused
 
 
-def test_a_monitor_that_cannot_run_names_the_one_that_can(capsys):
-    arguments = ["diagnose", "a.parquet", "--vehicle", "midsize-eps", "--monitor", "motor-angle", "--no-report"]
-    assert main(arguments) == 3
-    error = capsys.readouterr().err
-    assert "--monitor" in error
-    assert "friction" in error
-
-
-def test_a_stretch_that_is_not_recorded_is_refused_without_naming_monitors_that_fail_as_well(capsys):
-    arguments = ["diagnose", "a.parquet", "--vehicle", "midsize-eps", "--monitor", "friction", "--from", "400"]
-    assert main(arguments) == 3
-    error = capsys.readouterr().err
-    assert "a.parquet has no data from 400 s on" in error
-    assert "--monitor" not in error
-
-
-@pytest.mark.parametrize(
-    ("statuses", "expected"),
-    [
-        (["healthy", "healthy"], Status.HEALTHY),
-        (["healthy", "not enabled"], Status.NOT_ENABLED),
-        (["not enabled", "fault", "healthy"], Status.FAULT),
-        (["suspect", "fault"], Status.FAULT),
-        (["fault", "suspect"], Status.FAULT),
-    ],
-)
-def test_the_worst_status(statuses, expected, folder):
-    usual = run(folder / "a.parquet", "midsize-eps", "friction")
-
-    def having(status: str):
-        finding: Finding = dataclasses.replace(usual.findings[0], status=Status(status))
-        return dataclasses.replace(usual, findings=(finding,))
-
-    judged = [Judged(folder / "a.parquet", "car", {str(k): having(each) for k, each in enumerate(statuses)})]
-    assert several.status_of(judged) is expected
-
-
 @pytest.fixture(scope="module")
 def demonstrator():
     """A drive of the demonstrator, without truth."""
@@ -243,3 +188,72 @@ def test_a_sensor_that_one_monitor_calls_faulty_contradicts_the_statements_of_ot
     sound = _every_verdict(demonstrator, folder, capsys)
     assert sound["condition"]["status"] == "healthy"
     assert sound["sideslip"]["status"] == "estimated"
+
+
+@pytest.fixture(scope="module")
+def kept_drives(tmp_path_factory):
+    """Drives by what they are."""
+    place_of = tmp_path_factory.mktemp("recordings")
+    drives = {"healthy": drive(minutes=4.0, seed=3), "faulty": drive(minutes=4.0, friction=12.0, seed=2)}
+    drives["short"] = Recording(drives["healthy"].channels).slice(0.0, 60.0)
+    for name, recording in drives.items():
+        write(recording, place_of / f"{name}.parquet")
+    write(Recording(drives["healthy"].channels), place_of / "again.csv")
+    return place_of
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def judge(recording, *arguments):
+    return main(["diagnose", str(recording), "--vehicle", "midsize-eps", "--no-report", "--no-spread", *arguments])
+
+
+def test_a_remark_says_whether_a_baseline_was_written_or_used(kept_drives, place, capsys):
+    assert judge(kept_drives / "healthy.parquet", "--baseline", "car.json") == 0
+    assert "baseline: written to car.json; later recordings are judged against it" in capsys.readouterr().out
+    learnt = load_baseline("car.json").learnt
+    assert judge(kept_drives / "faulty.parquet", "--baseline", "car.json") == 1
+    assert f"baseline: judged against car.json, learnt {learnt}; the file stays as it is" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("recording", "arguments", "reason"),
+    [
+        ("faulty", (), "the verdict is 'fault', and a baseline is learnt from a healthy recording only"),
+        ("short", (), "and a baseline is learnt from a healthy recording only"),
+        ("healthy", ("--monitor", "sideslip"), "the monitor 'sideslip' learns no baseline"),
+    ],
+)
+def test_a_remark_says_why_a_baseline_was_not_written(kept_drives, place, capsys, recording, arguments, reason):
+    judge(kept_drives / f"{recording}.parquet", "--baseline", "car.json", *arguments)
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("baseline: ")]
+    assert line.startswith("baseline: car.json was not written: ")
+    assert line.endswith(reason)
+    assert not (place / "car.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("again", "arguments"),
+    [("again.csv", ()), ("healthy.parquet", ("--variant", "refined"))],
+    ids=["another file of the same samples", "another variant"],
+)
+def test_a_recording_that_is_judged_twice_counts_once(kept_drives, place, capsys, again, arguments):
+    assert judge(kept_drives / "healthy.parquet", "--memory", "memory.json") == 0
+    assert "fault memory: the recording is operation cycle 1 of the fault memory memory.json" in capsys.readouterr().out
+    before = (place / "memory.json").read_bytes()
+    assert judge(kept_drives / again, "--memory", "memory.json", *arguments) == 3
+    error = capsys.readouterr().err
+    assert "already contains this recording, as operation cycle 1 on 20" in error
+    assert "nothing was changed. Judge it again without the memory" in error
+    assert (place / "memory.json").read_bytes() == before
+
+
+def test_a_memory_that_was_cleared_takes_the_recording_again(kept_drives, place):
+    judge(kept_drives / "faulty.parquet", "--memory", "memory.json")
+    assert main(["faults", "clear", "memory.json"]) == 0
+    assert judge(kept_drives / "faulty.parquet", "--memory", "memory.json") == 1
+    assert FaultMemory.opened("memory.json", "midsize-eps").cycles == 2

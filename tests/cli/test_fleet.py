@@ -27,14 +27,6 @@ def fleet(*arguments):
     return main(["fleet", *map(str, arguments)])
 
 
-def test_one_recording_is_counted_as_one(tmp_path, capsys):
-    (tmp_path / "torn.parquet").write_bytes(b"PAR1 torn PAR1")
-    fleet(tmp_path / "torn.parquet", "--vehicle", "midsize-eps", "-o", tmp_path / "results", "--workers", 1)
-    shown = capsys.readouterr()
-    assert shown.out.startswith("1 recording: 1 failed")
-    assert "1 of 1 recording\n" in shown.err
-
-
 def test_a_folder_is_judged_and_shown(drives, capsys):
     arguments = (drives / "drives", "--vehicle", "midsize-eps", "-o", drives / "results", "--monitor", "friction")
     assert fleet(*arguments, "--workers", 2) == 0
@@ -48,12 +40,6 @@ def test_a_folder_is_judged_and_shown(drives, capsys):
     assert document["recordings"] == {"found": 3, "kept": 3, "judged": 2, "failed": 1}
     assert document["statuses"] == {"friction": {"not ready": 2}}
     assert len(findings_of(drives / "results")) == 2
-
-
-def test_nothing_judged_is_exit_code_2(drives):
-    assert (
-        fleet(drives / "drives/torn.parquet", "--vehicle", "midsize-eps", "-o", drives / "results", "--workers", 1) == 2
-    )
 
 
 @pytest.mark.parametrize(

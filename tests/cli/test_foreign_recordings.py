@@ -180,16 +180,3 @@ def test_no_other_command_needs_a_truth_or_names_of_ours(drive, known, tmp_path,
     assert again == code < 3, found
     values = [{each["name"]: each["value"] for each in result["parameters"]} for result in (found, expected)]
     assert alike(*values)
-
-
-@pytest.mark.parametrize("ending", FORMATS)
-def test_inspect_says_the_same_of_a_recording_without_truth_and_names_of_ours(drive, known, tmp_path, capsys, ending):
-    if ending == "mf4":
-        pytest.importorskip("asammdf")
-    ours = drive("column-bench-hands", "20")
-    foreign, channel_map = as_a_car_gives_it(ours, tmp_path, ending)
-    vehicle = ["--vehicle", "column-bench"]
-    _, expected = of_ours(known, capsys, ["inspect", str(ours), *vehicle])
-    code, found = document(capsys, ["inspect", str(foreign), "--map", str(channel_map), *vehicle])
-    assert code == 0
-    assert [each["can_run"] for each in found["monitors"]] == [each["can_run"] for each in expected["monitors"]]

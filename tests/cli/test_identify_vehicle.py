@@ -4,22 +4,27 @@ import json
 import re
 import struct
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from report_pages import Page
-from shared_data import shared_data
 from tierod.cli import main
-from tierod.cli.identify import _next
 from tierod.core.errors import InputError
+from tierod.core.recording import Recording
 from tierod.io.writers import write
+from tierod.monitors.condition.definition import CONDITION
+from tierod.monitors.condition.limits import limits_of
 from tierod.report.identification.vehicle import VEHICLE
 from tierod.vehicles import load
 from tierod.vehicles.vehicle import SHIPPED
 from tierod_lab.ground.courses.roads import City, Country
 from tierod_lab.ground.run import CHANNELS, drive
 from tierod_lab.ground.sensors import SensorSet
+from tierod_lab.papers.condition.drives import Drive
+from tierod_lab.papers.condition.recorded import recorded
 
 TEXT = (SHIPPED / "midsize-eps.toml").read_text(encoding="utf-8")
 OPEN = ("steering_ratio", "front_cornering_stiffness")
@@ -75,22 +80,6 @@ def test_what_was_learnt_goes_into_the_same_file_and_the_rest_stays(folder, caps
     assert {"Drives and their zeros", "Noises of sensors, model and road"} <= set(texts)
 
 
-def test_the_terminal_says_what_stays_and_why(folder, capsys):
-    assert identify(folder, "--vehicle", str(folder / "car.toml"), "--free", "steering_ratio,relaxation_length") == 0
-    out = " ".join(capsys.readouterr().out.split())
-    assert "Kept as before" in out
-    assert "Drives and their zeros" in out
-    assert "parameters learnt from 1 drive" in out
-
-
-def test_the_next_command_judges_the_drives_with_the_written_file():
-    drives = [Path("a drive.csv"), Path("b.csv")]
-    assert _next(drives, Path("car.toml")) == "go on with: tierod diagnose 'a drive.csv' b.csv --vehicle car.toml"
-    read_so = {"start": 10.0, "dbc": [Path("a.dbc")], "channel_map": Path("m.toml")}
-    assert _next(drives, Path("car.toml"), **read_so).endswith("--from 10.0 --dbc a.dbc --map m.toml")
-    assert "--output" in _next(drives, None)
-
-
 def test_a_contradiction_leaves_the_file_as_it_was(folder, capsys):
     text = guessed().replace("value = 0.069 ", "value = 0.045 ").replace("deviation = 0.003\n", "deviation = 0.0005\n")
     (folder / "wrong.toml").write_text(text, encoding="utf-8")
@@ -98,11 +87,6 @@ def test_a_contradiction_leaves_the_file_as_it_was(folder, capsys):
     assert identify(folder, "--vehicle", str(folder / "wrong.toml"), "-o", str(target), "--free", "steering_ratio") == 2
     assert "steering_ratio is 0.045 ± 0.0005 before" in capsys.readouterr().err
     assert not target.exists()
-
-
-def test_a_shipped_file_is_not_written_over(folder, capsys):
-    assert identify(folder, "--vehicle", "midsize-eps", "-o", str(SHIPPED / "midsize-eps.toml")) == 3
-    assert "give --output" in capsys.readouterr().err
 
 
 DBC = """VERSION ""
@@ -159,12 +143,97 @@ def test_recordings_are_read_as_a_diagnosis_reads_them(bus, looked_at, capsys):
     assert 10.0 <= first <= last <= 20.0
 
 
-def test_a_stretch_outside_the_recording_is_refused(bus, capsys):
-    assert main(["identify", "vehicle", "can.log", "--vehicle", "car.toml", "--from", "100"]) == 3
-    assert "can.log has no data from 100 s on" in capsys.readouterr().err
+DEMONSTRATOR = (SHIPPED / "smartload.toml").read_text(encoding="utf-8")
 
 
-def test_a_real_bus_log_is_read_by_the_database_that_the_vehicle_file_names(capsys):
-    log = str(shared_data("rav4_highway_minute", "can.log"))
-    assert main(["identify", "vehicle", log, "--vehicle", "rav4", "--free", "front_cornering_stiffness"]) in (0, 2)
-    assert "can.log" in capsys.readouterr().out
+@pytest.fixture(scope="module")
+def healthy_drives(tmp_path_factory):
+    """A healthy drive in two files, the second one with a gap, another with a lost wheel speed, and a vehicle file."""
+    healthy_drives = tmp_path_factory.mktemp("healthy")
+    drive = recorded(Drive("round-0", 170.0, 2, 902))
+    parts = {"first": drive.slice(stop=80.0), "second": drive.slice(80.0)}
+    wheel = parts["second"]["wheel_speed_rear_right"]
+    lost = replace(wheel, values=np.where((wheel.time > 110.0) & (wheel.time < 115.0), 0.0, wheel.values))
+    parts["lost"] = parts["second"].with_channels([lost])
+    without = {name: each for name, each in parts["second"].channels.items() if not name.startswith("wheel_speed")}
+    parts["no-wheels"] = Recording(without)
+    for name, part in parts.items():
+        write(part, healthy_drives / f"{name}.parquet")
+    (healthy_drives / "copy.parquet").write_bytes((healthy_drives / "second.parquet").read_bytes())
+    (healthy_drives / "mine.toml").write_text(
+        DEMONSTRATOR.replace("[parameters.mass]", "# weighed\n[parameters.mass]"), "utf-8"
+    )
+    return healthy_drives
+
+
+@pytest.fixture
+def short(monkeypatch):
+    """A minute gives the parameters, and another one the limits: enough to see what is written, not how well."""
+    monkeypatch.setattr("tierod.monitors.condition.calibration.FOR_PARAMETERS", 62.0)
+    monkeypatch.setattr("tierod.monitors.condition.calibration.LEAST_HOURS", 0.015)
+    monkeypatch.setattr("tierod.monitors.condition.limits.LEAST_HOURS", 0.015)
+
+
+def thresholds(healthy_drives, *names, arguments=()):
+    files = [str(healthy_drives / f"{name}.parquet") for name in names]
+    return main(["identify", "thresholds", *files, *arguments])
+
+
+def test_parameters_and_limits_go_into_the_vehicle_file_and_replace_older_ones(healthy_drives, short, capsys):
+    car, page = healthy_drives / "car.toml", healthy_drives / "page.html"
+    older = (healthy_drives / "mine.toml").read_text("utf-8") + "\n[thresholds.residuals]\nhours = 1.0\n"
+    assert "[thresholds.condition]" in older
+    car.write_text(older, "utf-8")
+    places = ["--vehicle", str(car), "--in-place", "--report", str(page), "--json"]
+    assert thresholds(healthy_drives, "first", "second", arguments=[*places, "--false-alarms", "1 per 100000 h"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["schema"] == "tierod.identification/1"
+    assert result["explained"]
+    assert set(result["thresholds"]) == {"condition", "residuals", "residuals-printed"}
+    found = {each["name"]: each["value"] for each in result["parameters"]}
+    assert load(car)["mass"] == pytest.approx(found["mass"], rel=1e-6)
+    assert min(limits_of(load(car)).fast) > 0.0
+    assert "Limits" in Page(page.read_text(encoding="utf-8")).texts
+    for variant in ("bank", "rules"):
+        assert CONDITION.variants[variant].open(load(car), 100.0, None).calibrated
+    text = car.read_text(encoding="utf-8")
+    assert "# weighed\n[parameters.mass]" in text
+    for of in result["thresholds"]:
+        assert text.count(f"[thresholds.{of}]") == 1
+    kept = tomllib.loads(text)["thresholds"]["condition"]
+    assert kept["hours_between_alarms"] > 0.999e5
+    assert kept["hours_between_alarms"] > kept["hours_at_least"]
+
+
+def test_a_drive_with_a_fault_is_named_and_nothing_is_written(healthy_drives, short, capsys):
+    before = sorted(healthy_drives.iterdir())
+    places = ["--vehicle", "smartload", "-o", str(healthy_drives / "doubtful.toml")]
+    assert thresholds(healthy_drives, "first", "lost", arguments=places) == 2
+    result = " ".join(capsys.readouterr().err.split())
+    assert "doubtful.toml is not written: not fault-free" in result
+    assert "lost.parquet: wheel_speed_rear_right" in result
+    assert sorted(healthy_drives.iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    ("names", "arguments", "words"),
+    [
+        (["first"], [], "limits need 15 more, better an hour"),
+        (["first", "second"], [], "standing does not count"),
+        (["first", "no-wheels"], [], "no-wheels.parquet has neither wheel_speed_rear_left nor"),
+        (["second", "copy"], [], "second.parquet and copy.parquet hold the same drive"),
+        (["first", "first"], [], "given twice"),
+        (["first"], ["--free", "mass"], "leave --free out"),
+        (["first"], ["--false-alarms", "seldom"], '"1 per 10000 h"'),
+        (["first"], ["--false-alarms", "0 per 10 h"], '"1 per 10000 h"'),
+        (["first"], ["--in-place"], "is shipped with tierod"),
+        (["first"], ["--report", "{healthy_drives}/first.parquet"], "the page would overwrite"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused_before_the_search(healthy_drives, capsys, names, arguments, words):
+    before = {path: path.read_bytes() for path in healthy_drives.iterdir()}
+    places = ["-o", str(healthy_drives / "new.toml")] if "--in-place" not in arguments else []
+    given = [each.format(healthy_drives=healthy_drives) for each in arguments]
+    assert thresholds(healthy_drives, *names, arguments=["--vehicle", "smartload", *places, *given]) == 3
+    assert words in " ".join(capsys.readouterr().err.split())
+    assert {path: path.read_bytes() for path in healthy_drives.iterdir()} == before

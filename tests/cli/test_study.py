@@ -75,15 +75,6 @@ def test_a_thorough_run_asks_for_more_and_its_page_says_how(studies, tmp_path):
     assert "tierod study one --thorough" in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
-def test_every_study_gets_a_folder_of_its_own(studies, tmp_path):
-    studies(one=whole, two=whole)
-    assert main(["study", "-o", str(tmp_path)]) == 0
-    assert sorted(path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*.json")) == [
-        "one/claims.json",
-        "two/claims.json",
-    ]
-
-
 @pytest.mark.parametrize("error", [RuntimeError("it broke"), KeyboardInterrupt()])
 def test_a_study_that_stops_leaves_nothing_half(studies, tmp_path, error):
     def broken(effort, progress):
@@ -105,11 +96,6 @@ def test_two_claims_of_one_name_write_nothing(studies, tmp_path):
     studies(one=twice)
     assert main(["study", "one", "-o", str(tmp_path)]) == 3
     assert list(tmp_path.iterdir()) == []
-
-
-def test_an_unknown_study_names_the_nearest(capsys):
-    assert main(["study", "fricton"]) == 3
-    assert "did you mean 'friction'?" in capsys.readouterr().err
 
 
 def test_a_place_that_cannot_be_written_is_reported_before_anything_is_measured(studies, tmp_path, capsys):

@@ -13,14 +13,13 @@ import pytest
 from experiments.toy_scenario import ToyScenario, plan
 from experiments.worker_tasks import do, environment
 from fleet.drives import DAY, NOVEMBER, judged, written
-from tierod.core.errors import OutputError, ParameterError
+from tierod.core.errors import ParameterError
 from tierod.fleet.results import findings_of, ledger_of
 from tierod.work import cluster
 from tierod.work.cluster import Cluster, workers_of
 from tierod.work.pool import Executor, Failure
 from tierod_lab.campaign.running import run as run_campaign
 from tierod_lab.campaign.store import Store
-from tierod_lab.studies.effort import Effort
 
 pytest.importorskip("distributed", reason="distributed is not installed")
 
@@ -78,11 +77,6 @@ def test_tasks_and_failures_are_those_of_local_processes(processes):
     assert {at: (each.reason, each.lasting) if isinstance(each, Failure) else each for at, each in found.items()} == {
         at: (each.reason, each.lasting) if isinstance(each, Failure) else each for at, each in local.items()
     }
-
-
-def test_what_the_disk_refuses_ends_all(processes):
-    with Cluster(processes.address) as there, pytest.raises(OutputError):
-        list(there.run(do, [("square", 1), ("full", True), ("late", 0.5)]))
 
 
 def test_a_fleet_is_judged_as_on_this_machine(processes, tmp_path):
@@ -205,11 +199,6 @@ def kill_study(tmp_path, drives, kills, seed):
 
 
 @pytest.mark.slow
-def test_no_kill_of_worker_scheduler_or_client_costs_or_doubles_a_result(tmp_path):
-    kill_study(tmp_path, drives=3, kills=2, seed=5)
-
-
-@pytest.mark.slow
 def test_sixty_kills_at_random_moments(tmp_path):
     kill_study(tmp_path, drives=100, kills=60, seed=11)
 
@@ -227,8 +216,3 @@ def test_a_campaign_takes_the_same_door(processes, tmp_path):
         kept[name] = {path.name: json.loads(path.read_text()) for path in verdicts}
     assert kept["there"] == kept["here"]
     assert len(kept["here"]) == 2
-
-
-def test_a_study_takes_the_same_door(processes, tmp_path):
-    with Effort(scheduler=processes.address).kept(None) as effort:
-        assert effort.made(do, [("square", 3), ("square", 4)]) == [9, 16]

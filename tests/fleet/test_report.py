@@ -108,25 +108,10 @@ def test_a_prior_is_written_for_a_new_car(results, tmp_path, capsys):
         assert message in capsys.readouterr().err
 
 
-def test_what_is_no_results_folder_is_refused(tmp_path, capsys):
-    assert main(["fleet", "report", str(tmp_path)]) == 3
-    assert "holds no results" in capsys.readouterr().err
-
-
 def test_empty_results_say_so():
     empty = worked_out(findings().empty_table(), ledger().empty_table(), Design())
     assert "There are no findings yet" in render(empty)
     jsonschema.validate(json.loads(text(empty)), SCHEMA)
-
-
-def test_a_standing_fault_comes_before_all_else_and_has_drives():
-    rows = sensor("car 7", ["fault"] * 3)
-    found = worked_out(made(rows), ledger().empty_table(), Design())
-    (car,) = found.cars
-    assert car.urgency is Urgency.FAULT
-    assert car.reasons[0].text == "yaw_rate: fault (offset) in 3 of the last 3 judged drives"
-    assert len(document(found)["cars"][0]["reasons"][0]["drives"]) == 3
-    assert "no date" in render(found)
 
 
 def test_every_reason_stands_once_in_the_list_with_the_times_of_its_episode():
@@ -157,46 +142,6 @@ def test_a_persistent_fault_of_a_monitor_whose_element_changes_is_a_fault():
     assert (car.urgency, car.reasons[0].text[:24]) == (Urgency.FAULT, "monitor condition: fault")
 
 
-def test_a_changed_car_stays_listed_beside_a_steady_second_quantity(found):
-    own = [row for row in found.findings.to_pylist() if row["vehicle"] == found.cars[0].vehicle]
-    noise = np.random.default_rng(1).normal(0.0, 0.1, len(own))
-    second = [{**row, "quantity": "loop", "estimate": 4.0 + off} for row, off in zip(own, noise, strict=True)][::2]
-    both = pa.concat_tables([found.findings, pa.Table.from_pylist(second, schema=found.findings.schema)])
-    assert worked_out(both, ledger().empty_table(), Design()).cars[0].why == found.cars[0].why
-
-
-def test_a_car_without_a_verdict_is_not_one_without_a_fault(tmp_path, monkeypatch):
-    open_ = [
-        {"vehicle": name, "monitor": "friction", "judged": "friction", "status": "not identifiable"} for name in "ab"
-    ]
-    nothing = worked_out(made(open_), ledger().empty_table(), Design())
-    page = render(nothing)
-    assert "No verdict on any of 2 cars" in page
-    assert "no verdict on 2 of 2 cars (not identifiable)" in page
-    assert "nothing found" not in page.lower()
-    assert "What to do: nothing" not in page
-    jsonschema.validate(json.loads(text(nothing)), SCHEMA)
-    monkeypatch.setattr("tierod.fleet.report.report", lambda *_, **__: nothing)
-    assert main(["fleet", "report", "results", "-o", str(tmp_path), "--json"]) == 2
-    partly = worked_out(made(open_ + sensor("b", ["healthy"])), ledger().empty_table(), Design())
-    assert "No car of the 1 with a verdict needs a look; 1 gave none" in render(partly)
-    assert document(partly)["vehicles_with_verdict"] == 1
-    whole = worked_out(
-        made(open_ + sensor("a", ["healthy"]) + sensor("b", ["healthy"])), ledger().empty_table(), Design()
-    )
-    assert "No car of 2 needs a look" in render(whole)
-    assert whole.remarks == ("friction: no verdict on 2 of 2 cars (not identifiable)",)
-
-
-def test_one_finding_without_a_date_is_named_in_the_singular():
-    row = {"vehicle": "a", "monitor": "friction", "judged": "friction", "status": "healthy", "quantity": "friction",
-           "unit": "N*m", "estimate": 4.0, "deviation": 0.1}  # fmt: skip
-    one, two = (worked_out(made([row] * count), ledger().empty_table(), Design()).remarks[0] for count in (1, 2))
-    assert one.startswith("1 finding has no date, but a trend needs one")
-    assert two.startswith("2 findings have no date")
-    assert "'tierod fleet RECORDINGS --vehicles FLEET.toml -o RESULTS'" in two
-
-
 def test_alike_reasons_stand_together_though_they_name_their_recordings():
     rows = [{"recording_name": f"{n}.mf4", "outcome": "failed", "reason": f"{n}.mf4 is empty"} for n in range(3)]
     rows += [{"recording_name": "good.mf4", "outcome": "judged", "reason": ""}]
@@ -216,9 +161,3 @@ def test_odds_and_times_are_said_as_people_say_them():
     assert words.time_left(30.0, 90.0, never) == "90 d (30 d to more than 10 years)"
     assert words.time_left(30.0, 90.0, 200.0) == "90 d (30 d to 200 d)"
     assert words.time_left(never, never, never) == "more than 10 years"
-
-
-def test_one_recording_is_counted_as_one():
-    rows = [{"recording_name": "a.mf4", "outcome": "failed", "reason": "a.mf4 is empty"}]
-    found = worked_out(findings().empty_table(), pa.Table.from_pylist(rows, schema=ledger()), Design())
-    assert found.remarks == ("1 of 1 recording was not judged; the page lists the reasons",)

@@ -4,11 +4,10 @@ import datetime as dt
 import errno
 import os
 import shutil
-import subprocess
-import sys
 import time
 from dataclasses import replace
 
+import fsspec
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -17,7 +16,7 @@ import pytest
 from fleet.drives import DAY, FRICTION, NOVEMBER, SIGNALS, Here, judged, written
 from tierod.core.errors import InputError, OutputError
 from tierod.core.recording import Channel, Recording
-from tierod.fleet import fleet_file, running
+from tierod.fleet import fleet_file, levels, running
 from tierod.fleet.judging import Asked
 from tierod.fleet.likeness import Moments, alike
 from tierod.fleet.places import Place
@@ -83,14 +82,6 @@ def test_every_recording_has_a_row_with_its_reason_and_costs_itself_alone(tmp_pa
     assert len(findings_of(tmp_path / "results")) == 1
 
 
-@pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="root reads everything")
-def test_a_folder_without_permission_is_a_row(tmp_path):
-    written(tmp_path / "drives/a.parquet")
-    written(tmp_path / "drives/closed/b.parquet").parent.chmod(0)
-    judged(tmp_path / "drives", tmp_path / "results")
-    assert reasons(tmp_path / "results")["closed"] == ("failed", "the folder cannot be read (permission denied)")
-
-
 def test_a_second_run_does_only_what_is_new(tmp_path):
     drives, results = tmp_path / "drives", tmp_path / "results"
     written(drives / "a.parquet")
@@ -137,24 +128,6 @@ def test_what_the_fleet_file_says_is_changed_without_judging_again(tmp_path, mon
     judged(drives, results, fleet_file.load(fleet))
     (row,) = findings_of(results).to_pylist()
     assert (row["vehicle"], row["cohort"], row["mileage_m"]) == ("car 1", [("batch", "B")], 12000.0)
-
-
-def test_a_vehicle_without_parameters_is_a_row(tmp_path):
-    written(tmp_path / "drives/a.parquet")
-    written(tmp_path / "drives/b.parquet", seed=2)
-    fleet = tmp_path / "fleet.toml"
-    fleet.write_text("""
-[[recordings]]
-files = "a.parquet"
-vehicle = "car 1"
-parameters = "absent.toml"
-""")
-    found = judged(tmp_path / "drives", tmp_path / "results", fleet_file.load(fleet))
-    assert found.exit_code == 2
-    rows = reasons(tmp_path / "results")
-    assert rows["a.parquet"][0] == rows["b.parquet"][0] == "skipped"
-    assert "there is no vehicle file" in rows["a.parquet"][1]
-    assert "no entry of 'recordings' in" in rows["b.parquet"][1]
 
 
 def test_a_full_disk_is_one_sentence_and_nothing_done_is_lost(tmp_path, monkeypatch):
@@ -226,33 +199,6 @@ def test_several_monitors_share_one_reading_and_say_why_one_did_not_run(tmp_path
     assert row["remarks"][0].startswith("motor-angle did not run: the monitor 'motor-angle' needs motor_current_alpha")
 
 
-def test_with_the_spread_of_parameters_a_drive_is_judged_anew(tmp_path):
-    path = written(tmp_path / "drives/a.parquet")
-    found = {}
-    for spread in (False, True):
-        judged(path, tmp_path / "results", asked=replace(FRICTION, spread=spread))
-        (row,), (finding,) = (table(tmp_path / "results").to_pylist() for table in (ledger_of, findings_of))
-        found[spread] = row["key"], finding["estimate"]
-    assert found[False][0] != found[True][0]
-    assert found[False][1] == found[True][1]
-
-
-def test_months_are_apart_and_an_undated_drive_is_under_its_own(tmp_path):
-    written(tmp_path / "drives/a.parquet")
-    written(tmp_path / "drives/b.parquet", seed=2, start=NOVEMBER - DAY)
-    written(tmp_path / "drives/c.parquet", seed=3, start=0.0)
-    judged(tmp_path / "drives", tmp_path / "results")
-    assert sorted(path.name for path in (tmp_path / "results/findings").iterdir()) == [
-        "month=2025-10", "month=2025-11", "month=unknown"]  # fmt: skip
-
-
-def test_the_memory_of_a_worker_is_its_own_and_not_that_of_its_parent():
-    held = bytearray(300 * 2**20)
-    command = [sys.executable, "-c", "from tierod.fleet.task import peak_memory; print(peak_memory())"]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert 2**20 < int(done.stdout) < len(held)
-
-
 def test_what_stops_most_monitors_is_said_first_and_once(tmp_path):
     path = written(tmp_path / "drives/a.parquet")
     table = pq.read_table(path)
@@ -307,10 +253,58 @@ def test_drives_that_resemble_each_other_count_each(tmp_path):
     assert not list(alike([rows[0], {**rows[0], "vehicle": "b"}]))
 
 
-def test_recordings_with_different_signals_of_one_car_are_compared():
-    """No recording has the three signals that are the most common by themselves: a, c and e."""
-    rows = [
-        {"vehicle": "car", "moments": {name: [level, 1.0] for name in names}, "duration_s": 60.0, "start": None}
-        for level, names in enumerate(["abc", "cde", "efa"])
-    ]
-    assert sorted(alike([*rows, *rows])) == [(0, 3), (1, 4), (2, 5)]
+@pytest.fixture
+def storage():
+    made = fsspec.filesystem("memory")
+    yield made
+    made.store.clear()
+    made.pseudo_dirs[:] = [""]
+
+
+def test_recordings_and_results_lie_in_a_storage(storage, tmp_path):
+    for number in (1, 2):
+        written(tmp_path / f"{number}.parquet", seed=number, start=NOVEMBER + number * DAY)
+        storage.put(str(tmp_path / f"{number}.parquet"), f"drives/2026/car-{number}/{number}.parquet")
+    storage.pipe_file("drives/2026/car-1/torn.parquet", b"PAR1 torn PAR1")
+    storage.pipe_file("drives/2026/readme.md", b"not a recording")
+    (tmp_path / "fleet.toml").write_text(
+        "[[recordings]]\npattern = '/(?P<vehicle>car-[0-9]+)/'\nparameters = 'midsize-eps'\n"
+    )
+    fleet = fleet_file.load(tmp_path / "fleet.toml")
+    judged("memory://drives/2026/", "memory://results/fleet", fleet)
+    found = findings_of("memory://results/fleet")
+    assert found["vehicle"].to_pylist() == ["car-1", "car-2"]
+    assert found["recording_name"].to_pylist()[0] == "memory:///drives/2026/car-1/1.parquet"
+    rows = ledger_of("memory://results/fleet").to_pylist()
+    assert [(row["outcome"], row["reason"][:12]) for row in rows] == [
+        ("judged", ""), ("failed", "memory:///dr"), ("judged", "")]  # fmt: skip
+    zoomed = levels.zoom("memory://results/fleet", found["key"][0].as_py(), "enabled")
+    assert len(zoomed) > 30
+    local = tmp_path / "here"
+    judged(tmp_path / "*.parquet", local, fleet_file.one_vehicle("midsize-eps"))
+    for column in ("estimate", "deviation", "status", "recording"):
+        assert findings_of(local)[column].equals(found[column])
+    workers = Here()
+    judged("memory://drives/2026/**/*.parquet", "memory://results/fleet", fleet, workers=workers)
+    assert workers.tasks == []
+
+
+def test_a_storage_that_vanishes_ends_the_run_and_what_is_done_is_kept(storage, tmp_path, monkeypatch):
+    for number in (1, 2, 3):
+        written(tmp_path / f"{number}.parquet", seed=number)
+
+    def gone(*_, **__):
+        raise PermissionError(13, "Access Denied")
+
+    class Vanishing(Here):
+        def run(self, work, tasks):
+            for answer in super().run(work, tasks):
+                yield answer
+                monkeypatch.setattr(type(storage), "pipe_file", gone)
+
+    with pytest.raises(OutputError, match=r"memory://results/fleet/.* cannot be written \(Access Denied"):
+        judged(tmp_path / "*.parquet", "memory://results/fleet", workers=Vanishing())
+    monkeypatch.undo()
+    judged(tmp_path / "*.parquet", "memory://results/fleet")
+    assert len(findings_of("memory://results/fleet")) == 3
+    assert len(storage.glob("results/fleet/parts/**/*.arrow")) == 3

@@ -230,31 +230,15 @@ def test_a_change_that_was_repaired_is_over(reported):
     assert [each["vehicle"] for each in document["recovered"]] == ["car-2"]
 
 
-def test_a_level_beyond_its_limit_after_two_drives_is_left_to_their_verdicts(reported):
-    drives = [LOW] * 4 + [("suspect", 8.0), ("suspect", 8.1)]
-    _, _, document, *_ = reported(*driven(drives))
-    assert [car["summary"] for car in document["cars"]] == ["to confirm: 2 suspect"]
-    assert document["cars"][0]["reasons"][0]["trend"]["level"][0] == pytest.approx(8.05, abs=0.1)
-
-
 def test_the_level_holds_the_gain_of_the_sensors_which_no_number_of_drives_averages_out(reported):
     drives = [("healthy", 4.0 + 0.02 * (number % 3)) for number in range(9)] + [("fault", 4.02)]
-    rows = [
-        *driven(drives, deviation=0.1),
-        *driven(drives, vehicle="car-2", deviation=0.33, shared_deviation=0.31),
-    ]
+    rows = [*driven(drives, deviation=0.1), *driven(drives, vehicle="car-2", deviation=0.33, shared_deviation=0.31)]
     _, _, document, page, _ = reported(*rows)
     (quantity,) = document["quantities"]
     (_, exact), (_, gained) = (quantity["levels"][name] for name in ("car-1", "car-2"))
     assert exact < 0.1
     assert 0.31 < gained < 0.35
     assert "(sensor gains included)" in page
-
-
-def test_a_few_cars_that_agree_do_not_make_their_levels_sure(reported):
-    rows = [row for car in range(4) for row in driven([LOW, ("healthy", 2.65), LOW], f"car-{car}", deviation=0.3)]
-    _, _, document, *_ = reported(*rows)
-    assert min(deviation for _, deviation in document["quantities"][0]["levels"].values()) > 0.1
 
 
 BEFORE = [("healthy", 3.95)] * 5

@@ -2,19 +2,33 @@
 
 import dataclasses
 import datetime as dt
+import json
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
+from tierod.cli import main
 from tierod.core.errors import ParameterError
 from tierod.fleet.series import series_of
 from tierod.fleet.statistics import expected_of, write_prior
 from tierod.fleet.trends import Design, trends
 from tierod.vehicles import load
-from tierod_lab.fleet.estimates import estimates, findings_table, series
-from tierod_lab.fleet.virtual import SECONDS_PER_DAY, Ageing, FleetFile, Group, Linear, Sudden, drawn
-from tierod_lab.fleet.writing import shipped_law
+from tierod_lab.fleet.estimates import error_law, estimates, findings_table
+from tierod_lab.fleet.virtual import (
+    SECONDS_PER_DAY,
+    YEAR,
+    Ageing,
+    FleetFile,
+    Group,
+    Linear,
+    Sudden,
+    describes_fleet,
+    drawn,
+)
+from tierod_lab.fleet.virtual import load as load_fleet
+from tierod_lab.fleet.writing import PATTERN, fleet_file, recordings_of, shipped_law
 
 FILE = FleetFile(
     "tests",
@@ -38,16 +52,6 @@ def fleet():
 @pytest.fixture(scope="module")
 def found(fleet):
     return trends(series_of(fleet[1])[0][0], Design())
-
-
-def test_the_table_and_the_short_way_give_the_same_series(fleet):
-    cars, table = fleet
-    ours, whole = series(cars, *estimates(cars, shipped_law(), (1, 1))), series_of(table)[0][0]
-    assert ours.vehicles == whole.vehicles
-    assert ours.labels == whole.labels
-    for name in ("day", "estimate", "deviation", "regressors"):
-        np.testing.assert_allclose(getattr(ours.drives, name), getattr(whole.drives, name), atol=1e-9)
-    np.testing.assert_allclose(ours.limit, whole.limit)
 
 
 def test_changed_cars_are_found_and_no_others(fleet, found):
@@ -80,21 +84,6 @@ def test_the_levels_of_stepped_cars_step_and_no_others_do(fleet, found):
         day, level, _ = found.band(car)
         (at,) = np.flatnonzero(np.diff(day) == 0.0)
         assert level[at + 1] - level[at] == pytest.approx(1.5, abs=0.3)
-
-
-def test_time_left_has_its_interval_in_order(found):
-    early, likely, late = found.left.T
-    assert (early <= likely).all()
-    assert (likely <= late).all()
-    assert (found.left[np.isfinite(found.alarmed), 0] < 3652.5).all()
-
-
-def test_the_band_holds_the_level_of_now(found):
-    day, level, deviation = found.band(3)
-    assert level[-1] == pytest.approx(found.level[3, 0], abs=1e-9)
-    assert deviation[-1] == pytest.approx(found.level[3, 1], abs=1e-9)
-    assert (np.diff(day) > 0.0).all()
-    assert np.abs(np.diff(level)).max() < 0.1
 
 
 def test_scatter_and_temperature_are_learnt(found):
@@ -159,5 +148,120 @@ def test_few_cars_with_few_drives_give_remarks_and_no_alarm(fleet, cars):
     assert np.isfinite(found.level).all()
 
 
-def test_no_findings_give_no_series(fleet):
-    assert series_of(fleet[1].slice(0, 0)) == ([], [])
+TEXT = """
+name = "small"
+cars = 2
+start = "2026-01-05"
+weeks = 2
+duration = "15 s"
+[[groups]]
+kind = "rack batch"
+name = "2025-47"
+share = 0.5
+friction = "1 N*m"
+[[ageing]]
+name = "worn"
+share = 0.5
+law = {kind = "linear", rate = "0.01 N*m/d"}
+begin = ["1 d", "2 d"]
+"""
+
+
+@pytest.fixture
+def fleet_path(tmp_path):
+    target = tmp_path / "small.toml"
+    target.write_text(TEXT, encoding="utf-8")
+    return target
+
+
+def test_a_file_becomes_cars(fleet_path):
+    cars = drawn(load_fleet(fleet_path))
+    assert cars.day.shape == (2, 2)
+    assert sorted(cars.labels["rack batch"]) == ["2025-47", "others"]
+    assert sum(map(bool, cars.ageing)) == 1
+    assert (np.diff(cars.day) > 0.0).all()
+    assert (np.diff(cars.mileage) > 0.0).all()
+    assert describes_fleet(fleet_path)
+    assert not describes_fleet("mixed-drive-healthy")
+
+
+def test_cars_have_the_frictions_that_the_file_gives():
+    file = FleetFile("many", 4000, "2025-01-06", groups=(Group("batch", "odd", 0.25, 1.0),), per_metre=0.0)
+    cars = drawn(file)
+    odd = np.array(cars.labels["batch"]) == "odd"
+    assert odd.sum() == 1000
+    warm = cars.temperature - 288.15
+    own = cars.friction - file.per_kelvin * warm
+    assert np.ptp(own, axis=1).max() < 1e-9
+    assert own[odd, 0].mean() - own[~odd, 0].mean() == pytest.approx(1.0, abs=0.03)
+    assert own[~odd, 0].std() == pytest.approx(0.2, rel=0.05)
+    of_year = cars.day[0] % YEAR
+    assert cars.temperature[:, np.argmin(abs(of_year - 200.0))].mean() == pytest.approx(283.15 + 9.0, abs=0.5)
+    assert cars.winter[0][of_year < 80.0].all()
+    assert not cars.winter[0][(of_year > 100.0) & (of_year < 300.0)].any()
+
+
+def test_the_law_of_errors_is_found_again_in_drawn_estimates():
+    file = FleetFile("law", 600, "2025-10-06", weeks=60, friction_deviation=0.5, wrong_share=0.0)
+    law, cars = dataclasses.replace(shipped_law(), winter=0.05, winter_deviation=0.03), drawn(file)
+    value, stated = estimates(cars, law, (3, 3))
+    number = np.repeat(np.arange(600), cars.day.shape[1])
+    found = error_law(number, cars.winter.ravel(), cars.friction.ravel(), value.ravel(), stated.ravel())
+    assert found.drive_deviation == pytest.approx(law.drive_deviation, rel=0.02)
+    assert found.stated == pytest.approx(law.stated, rel=0.01)
+    assert found.winter == pytest.approx(0.05, abs=0.01)
+    assert found.winter_deviation == pytest.approx(0.03, rel=0.15)
+    assert found.offset == pytest.approx(law.offset, abs=0.1)
+
+
+def test_the_fleet_file_names_every_car_and_recording(fleet_path, tmp_path):
+    import re
+    import tomllib
+
+    cars = drawn(load_fleet(fleet_path))
+    content = tomllib.loads(fleet_file(cars))
+    assert set(content["vehicles"]) == set(cars.names)
+    for task in recordings_of(cars, tmp_path):
+        match = re.search(content["recordings"][0]["pattern"], task.path.as_posix())
+        assert match is not None
+        assert match["vehicle"] in cars.names
+    assert content["recordings"][0]["pattern"] == PATTERN
+
+
+def test_simulate_drives_a_fleet_and_goes_on_where_it_was(fleet_path, tmp_path, capsys):
+    folder = tmp_path / "fleet"
+    assert main(["simulate", str(fleet_path), "-o", str(folder), "--workers", "1", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["drives"] == 4
+    recordings = sorted(folder.glob("recordings/*/*.parquet"))
+    assert len(recordings) == 4
+    truth = pq.read_table(folder / "truth.parquet")
+    assert len(truth) == 4
+    before = [each.stat().st_mtime_ns for each in recordings]
+    recordings[0].unlink()
+    assert main(["simulate", str(fleet_path), "-o", str(folder), "--workers", "1"]) == 0
+    assert [each.stat().st_mtime_ns for each in recordings[1:]] == before[1:]
+    assert recordings[0].is_file()
+
+
+def test_simulate_draws_estimates_that_the_report_reads(fleet_path, tmp_path, capsys):
+    assert main(["simulate", str(fleet_path), "-o", str(tmp_path / "r"), "--estimates"]) == 0
+    assert "estimate level" in capsys.readouterr().out
+    from tierod.fleet.results import findings_of
+
+    assert len(findings_of(tmp_path / "r")) == 4
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('start = "2026-01-05"', 'start = "Monday"', "expected a day like"),
+        ("share = 0.5\nfriction", "share = 1.5\nfriction", "expected 1 at the most"),
+        ('begin = ["1 d", "2 d"]', 'begin = ["2 d", "1 d"]', "give the earlier time first"),
+        ("weeks = 2", "week = 2", "'week' is not known here"),
+        ('kind = "linear"', 'kind = "line"', "no kind is called"),
+    ],
+)
+def test_slips_are_named(fleet_path, old, new, message):
+    fleet_path.write_text(TEXT.replace(old, new), encoding="utf-8")
+    with pytest.raises(ParameterError, match=message):
+        load_fleet(fleet_path)

@@ -1,22 +1,26 @@
 """Whole drives: buses, memory, report, ignition, lost buses, kills."""
 
+import asyncio
 import io
 import json
 import queue
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import numpy as np
 import pytest
 
-from live_drives import CAR, START, database_file, driven, frames_of_drive, started
-from tierod.core.errors import InputError, ParameterError
+from live_drives import CAR, DBC, START, database_file, driven, frames_of_drive, started
 from tierod.diagnosis.fault_memory import FaultMemory
-from tierod.live.buses import Address, ProcessReceiver, Receiver, open_bus
+from tierod.io.readers.dbc import load_databases
+from tierod.live.buses import Address, Receiver
 from tierod.live.clock import Frame, Notice
-from tierod.live.events import Socket, line
+from tierod.live.decoding import disagreements
+from tierod.live.events import Events, Socket, line
+from tierod.live.log import FrameLog, is_unfinished
 from tierod.live.outputs import Outputs
 
 can = pytest.importorskip("can")
@@ -87,17 +91,6 @@ def test_a_silent_bus_is_said_once(tmp_path):
     ]
 
 
-def test_a_bus_that_falls_silent_in_a_drive_names_its_end(tmp_path):
-    drive, inbox, events = started(tmp_path, Outputs(silence=10.0))
-    frames = frames_of_drive(tmp_path, 5.0)
-    driven(drive, inbox, frames)
-    drive.tick(frames[-1].time + 6.0, frames[-1].time + 6.0)
-    drive.close()
-    texts = [each["text"] for each in events if each["event"] == "problem"]
-    assert "no frame was received for 5 s; the drive ends after 10 s of silence" in texts
-    assert not any("ignition" in text for text in texts)
-
-
 def test_a_receiver_on_a_virtual_bus_comes_back_after_the_bus_was_lost(monkeypatch):
     inbox = queue.SimpleQueue()
     receiver = Receiver(1, Address("virtual", "lost"), inbox)
@@ -116,19 +109,6 @@ def test_a_receiver_on_a_virtual_bus_comes_back_after_the_bus_was_lost(monkeypat
     receiver.end()
     assert (frame.identifier, frame.bus, frame.data) == (5, 1, b"\1\2")
     assert isinstance(frame, Frame)
-
-
-@pytest.mark.parametrize(
-    ("address", "error", "sentence"),
-    [
-        (Address("socketcam", "can0"), ParameterError, "no interface 'socketcam'; did you mean 'socketcan'"),
-        (Address("socketcan", "can77"), InputError, "the bus socketcan can77 cannot be opened"),
-        (Address("kvaser", "0"), InputError, "the bus kvaser 0 cannot be opened"),
-    ],
-)
-def test_a_bus_that_cannot_be_opened(address, error, sentence):
-    with pytest.raises(error, match=sentence):
-        open_bus(address)
 
 
 def test_judging_in_a_thread_gives_the_same(tmp_path, monkeypatch):
@@ -159,11 +139,6 @@ def test_judging_in_a_thread_gives_the_same(tmp_path, monkeypatch):
         assert one.findings[0].headline == two.findings[0].headline
         np.testing.assert_array_equal(judge.run.session.memory.values, other.run.session.memory.values)
     beside._judging.close()
-
-
-def test_a_process_says_that_its_bus_cannot_be_opened():
-    with pytest.raises(ParameterError, match="did you mean 'socketcan'"):
-        ProcessReceiver(1, Address("socketcam", "can0"), queue.SimpleQueue())
 
 
 def test_events_over_websocket():
@@ -249,22 +224,6 @@ def test_the_view_shows_verdicts_and_bars(tmp_path):
     assert sparkline([np.nan]) == ""
 
 
-def test_a_terminal_is_reported_how_the_drive_ended(tmp_path, capsys):
-    from tierod.cli.live import _in_terminal
-
-    run, inbox, _ = started(tmp_path, Outputs())
-    frames = frames_of_drive(tmp_path, 4.0)
-    for frame in frames:
-        inbox.put(frame)
-
-    def enough(now):
-        run.ended |= run.engine.tally.frames >= len(frames)
-
-    run.looking.append(enough)
-    _in_terminal(run)
-    assert '"event": "end"' in capsys.readouterr().out
-
-
 def test_a_drive_that_nothing_could_judge_is_not_healthy(tmp_path):
     run, inbox, events = started(tmp_path, Outputs())
     for step in range(500):
@@ -291,15 +250,6 @@ def test_every_channel_of_multicast_gives_the_frames_of_its_own_group(multicast)
     assert inboxes[1].empty()
 
 
-def test_an_ignition_that_no_database_has_is_refused(tmp_path, capsys):
-    from tierod.cli import main
-
-    database_file(tmp_path)
-    words = ["live", "--interface", "virtual", "--channel", "a", "--vehicle", "midsize-eps"]
-    assert main([*words, "--dbc", str(tmp_path / "car.dbc"), "--ignition", "ESP.ignitin"]) == 3
-    assert "did you mean 'ESP.ignition'?" in capsys.readouterr().err
-
-
 def test_a_signal_that_comes_and_goes_is_said_each_time(tmp_path):
     drive, inbox, events = started(tmp_path, Outputs())
     frames = [
@@ -323,30 +273,59 @@ def test_the_fault_memory_of_another_car_does_not_keep_from_judging(tmp_path):
     assert next(each for each in events if each["event"] == "end")["verdicts"]["friction"]
 
 
-def test_the_view_and_the_state_say_how_late_a_verdict_may_be(tmp_path):
-    from rich.console import Console
-
-    from tierod.live.view import picture
-
-    drive, inbox, _ = started(tmp_path, Outputs())
-    driven(drive, inbox, frames_of_drive(tmp_path, 8.0))
-    (shown,) = drive.state()["monitors"]
-    assert shown["delay"] == pytest.approx(0.8)
-    console = Console(width=160, file=io.StringIO())
-    console.print(picture(drive))
-    assert "(up to 0.8 s late)" in console.file.getvalue()
+pytest.importorskip("cantools")
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="the option is of Linux")
-def test_a_frame_of_another_group_that_came_before_the_option_is_dropped(multicast):
-    from tierod.live.buses import _own_group_alone
+def test_several_readers_get_all_events_and_late_ones_the_newest_state():
+    source = Events()
+    source(line("begin", {"origin": 1.0}))
+    source(line("state", {"time": 1.0}))
+    source(line("state", {"time": 2.0}))
+    first, second = source.read(), source.read()
+    assert [next(first) for _ in range(2)] == [next(second) for _ in range(2)]
+    threading.Timer(0.05, lambda: source(line("mark", {"text": "here"}))).start()
+    assert next(first)["text"] == next(second)["text"] == "here"
+    source.close()
+    assert list(first) == list(second) == []
 
-    channels = ("239.74.163.78", "239.74.163.79")
-    with (
-        can.Bus(interface="udp_multicast", channel=channels[0]) as bus,
-        can.Bus(interface="udp_multicast", channel=channels[1]) as other,
-    ):
-        other.send(can.Message(arbitration_id=2, data=b"2", is_extended_id=False))
-        time.sleep(0.05)
-        _own_group_alone(bus)
-        assert bus.recv(0.05) is None
+
+def test_a_coroutine_reads_events():
+    source = Events()
+
+    async def first_two():
+        found = []
+        async for event in source.subscribed():
+            found.append(event["event"])
+            if len(found) == 2:
+                break
+        return found
+
+    source(line("begin", {}))
+    threading.Timer(0.3, lambda: source(line("mark", {}))).start()
+    assert asyncio.run(first_two()) == ["begin", "mark"]
+    assert source._queues == []
+
+
+def test_databases_that_disagree_are_named(tmp_path):
+    first = database_file(tmp_path)
+    second = tmp_path / "other.dbc"
+    second.write_text(DBC.replace("yaw_rate : 0|16@1- (0.0001,0)", "yaw_rate : 0|16@1- (0.0002,0)"))
+    databases = {path: load_databases([path]) for path in (first, second)}
+    text = disagreements(databases)
+    assert "0x200 (yaw_rate differs in bits, sign, factor, offset or unit; other.dbc is used, not car.dbc)" in text
+    assert disagreements({first: databases[first], tmp_path / "copy.dbc": databases[first]}) == ""
+
+
+def test_a_log_that_is_there_is_kept_and_a_cut_drive_is_named(tmp_path):
+    log = FrameLog(tmp_path / "log.mf4", START)
+    log.append(frames_of_drive(tmp_path, 1.0))
+    before = (tmp_path / "log.mf4").read_bytes()
+    assert is_unfinished(tmp_path / "log.mf4")
+    run, inbox, events = started(tmp_path, Outputs(tmp_path / "log.mf4"), tmp_path / "car.json")
+    driven(run, inbox, frames_of_drive(tmp_path, 4.0))
+    run.close()
+    assert (tmp_path / "log.mf4").read_bytes() == before
+    assert not is_unfinished(tmp_path / "log-2.mf4")
+    text = next(each["text"] for each in events if each["event"] == "problem")
+    assert "log.mf4 exists already; this drive is written to" in text
+    assert "--memory" in text

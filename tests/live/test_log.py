@@ -1,17 +1,28 @@
 """The log of frames: an ordinary MF4 when it is finished, and one that opens when it was never finished."""
 
 import errno
+import json
+import math
 import os
+import pickle
+import random
 import shutil
+import signal
+import subprocess
+import sys
+import time
 
 import pytest
 
 from can_logs import together
+from live_drives import CAR, driven, frames_of_drive, started
+from tierod.cli import main
 from tierod.core.errors import OutputError
 from tierod.io.readers.frames import EXTENDED, InOrder
 from tierod.io.readers.mdf import open_mdf
 from tierod.live.clock import Frame
-from tierod.live.log import FrameLog
+from tierod.live.log import FrameLog, is_unfinished
+from tierod.live.outputs import Outputs
 
 asammdf = pytest.importorskip("asammdf")
 
@@ -89,6 +100,81 @@ def test_a_full_disk_gives_a_sentence_and_leaves_whole_records(tmp_path, monkeyp
     assert len(read_back(tmp_path / "drive.mf4")) == len(FRAMES)
 
 
-def test_a_folder_that_is_missing(tmp_path):
-    with pytest.raises(OutputError, match="there is no folder"):
-        FrameLog(tmp_path / "no" / "drive.mf4", 0.0)
+pytest.importorskip("cantools")
+pytest.importorskip("asammdf")
+
+WRITING = """
+import pathlib, pickle, sys, time
+sys.path[:0] = {path!r}
+from live_drives import START, started
+from tierod.live.outputs import Outputs
+folder = pathlib.Path({folder!r})
+run, inbox, _ = started(folder, Outputs(folder / "log.mf4"), folder / "car.json")
+frames = pickle.loads((folder / "frames").read_bytes())
+print("begins", flush=True)
+for begin in range(0, len(frames), 40):
+    for frame in frames[begin : begin + 40]:
+        inbox.put(frame)
+    run.tick(frames[begin].time, time.time())
+    print(frames[begin + 39].time - START, flush=True)
+"""
+
+
+def killed(folder, pause, until, frames):
+    """Kill a drive `pause` seconds after it has taken frames up to `until` [s]; time up to which it had taken them."""
+    code = WRITING.format(path=[p for p in sys.path if p], folder=str(folder))
+    (folder / "frames").write_bytes(pickle.dumps(frames))
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    said = [process.stdout.readline().strip()]
+    while until and said[-1] and not (said[1:] and float(said[-1]) > until):
+        said.append(process.stdout.readline().strip())
+    time.sleep(pause)
+    os.kill(process.pid, signal.SIGKILL)
+    said += process.communicate(timeout=30)[0].split()
+    return float(said[-1]) if said[1:] else 0.0
+
+
+def survives(folder, frames, pause, until=0.0):
+    """Seconds that the log lost by a kill; NaN where nothing was logged yet. The fault memory can be opened."""
+    from tierod.diagnosis.fault_memory import FaultMemory
+    from tierod.io.readers.frames import InOrder
+    from tierod.io.readers.mdf import open_mdf
+
+    taken, lost = killed(folder, pause, until, frames), math.nan
+    if (folder / "log.mf4").exists() and taken > 0.0:
+        assert is_unfinished(folder / "log.mf4")
+        lost = taken - max(float(block.time[-1]) for block in InOrder(open_mdf(folder / "log.mf4")))
+        assert lost < 1.0
+    FaultMemory.opened(folder / "car.json", CAR.name)
+    return lost
+
+
+def test_the_log_of_a_killed_drive_is_judged_as_the_drive_was(tmp_path, capsys):
+    from tierod.io.readers.frames import heard
+    from tierod.io.readers.mdf import open_mdf
+
+    frames = frames_of_drive(tmp_path, 8.0)
+    assert not math.isnan(survives(tmp_path, frames, 0.0, until=5.0))
+    count = heard(open_mdf(tmp_path / "log.mf4")).frames
+    run, inbox, events = started(tmp_path, Outputs())
+    driven(run, inbox, frames[:count])
+    run.close()
+    (live,) = events[-1]["verdicts"].values()
+    words = ["--vehicle", CAR.name, "--monitor", "friction", "--dbc", str(tmp_path / "car.dbc"), "--no-report"]
+    main(["diagnose", str(tmp_path / "log.mf4"), *words, "--json"])
+    finding = json.loads(capsys.readouterr().out)["findings"][0]
+    assert finding["headline"] == events[-1]["headlines"]["friction"]
+    assert {key: finding[key] for key in live} == live
+
+
+@pytest.mark.slow
+def test_a_hundred_kills_leave_what_was_written(tmp_path):
+    chance, found, frames = random.Random(5), [], frames_of_drive(tmp_path, 60.0)
+    for number in range(100):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        found.append(survives(folder, frames, chance.uniform(0.0, 3.0)))
+        shutil.rmtree(folder)
+    logged = [lost for lost in found if not math.isnan(lost)]
+    print(f"{len(logged)} logs opened, at most {max(logged):.3f} s lost")
+    assert len(logged) > 80

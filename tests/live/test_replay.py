@@ -112,16 +112,6 @@ def test_columns_are_sent_in_the_unit_of_the_database(tmp_path, header, factors)
     assert differences.sentences() == ()
 
 
-def test_a_recording_in_si_units_arrives_in_degrees_and_kilometres_per_hour(tmp_path):
-    channels = [
-        Channel("steering_wheel_angle", TIME, np.full(200, np.radians(-275.2)), "rad"),
-        Channel("vehicle_speed", TIME, np.full(200, 129.7 / 3.6), "m/s"),
-    ]
-    found, _ = on_the_bus(tmp_path, Recording({each.name: each for each in channels}), None)
-    assert found["STEER.steering_wheel_angle"].values == pytest.approx(-275.2)
-    assert found["STEER.vehicle_speed"].values == pytest.approx(129.7)
-
-
 @pytest.mark.parametrize(
     ("header", "sentence"),
     [
@@ -187,12 +177,6 @@ def test_a_bus_log_is_played_as_it_is(tmp_path):
     assert again[0].time == 0.0
 
 
-def test_a_recording_without_signals_of_the_database_is_refused(tmp_path):
-    (tmp_path / "other.csv").write_text("time,foo\n0,1\n0.1,2\n0.2,3\n")
-    with pytest.raises(InputError, match="has no signal of the databases"):
-        list(encoded(tmp_path / "other.csv", messages(tmp_path), None))
-
-
 def test_the_same_seed_gives_the_same_disturbance(tmp_path):
     frames = frames_of_drive(tmp_path, 10.0)
     how = Disturbance(7, loss=0.05, doubled=0.02, jitter=0.001, reordered=0.03, bus_off=20.0)
@@ -208,8 +192,3 @@ def test_the_same_seed_gives_the_same_disturbance(tmp_path):
     assert [each.time for each in one] == sorted(each.time for each in one)
     kept = Counter(each.data for each in frames)
     assert all(each.data in kept for each in one)
-
-
-def test_nothing_goes_wrong_unless_asked(tmp_path):
-    frames = frames_of_drive(tmp_path, 1.0)
-    assert list(disturbed(iter(frames), Disturbance(), Played())) == frames

@@ -61,17 +61,6 @@ def test_a_car_has_its_drives_in_the_order_of_time(results):
         drives_of(results[0], "none")
 
 
-def test_the_key_follows_the_files(results, tmp_path):
-    folder = tmp_path / "r"
-    (folder / "ledger").mkdir(parents=True)
-    (folder / "ledger" / "a.parquet").write_bytes(b"1")
-    before = key_of(folder)
-    (folder / "ledger" / "a.parquet").write_bytes(b"12")
-    assert key_of(folder) != before
-    with pytest.raises(Absent, match="no results"):
-        key_of(tmp_path)
-
-
 def test_endpoints_give_the_fleet_once_it_is_worked_out(results, tmp_path):
     from tierod.web.app import application
     from tierod.web.guard import Trust

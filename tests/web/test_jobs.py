@@ -1,15 +1,23 @@
 """Jobs: done once, cancelled, limited in time and memory, failed with a sentence."""
 
 import dataclasses
+import json
 import time
 
 import pytest
 
-from tierod.core.errors import ParameterError
-from tierod.web.errors import Absent, Busy
+from shared_data import shared_data
+from tierod.core.errors import InputError, ParameterError
+from tierod.io.readers import read
+from tierod.monitors.acceptance import vehicle_named_in
+from tierod.web.analysing import Reading, analyse
+from tierod.web.errors import Absent, Busy, in_the_page
 from tierod.web.jobs import CANCELLED, DONE, FAILED, RUNNING, Jobs
+from tierod.web.series import SeriesReader
 from tierod.web.shapes import Analysed, ChosenScenario
 from tierod.web.site import Limits
+from tierod.web.store import Store
+from tierod_lab.web.scenarios import drive
 from web_jobs import ended
 
 
@@ -82,15 +90,6 @@ def test_too_many_jobs_are_refused():
     jobs.close()
 
 
-def test_a_scenario_that_cannot_be_is_reported_without_lines_of_a_file(tmp_path):
-    from tierod_lab.web.scenarios import drive
-
-    late = {"name": "friction-step", "start": 120.0}
-    chosen = {"folder": str(tmp_path), "car": "midsize-eps", "course": "mixed", "seconds": 60.0, "faults": [late]}
-    with pytest.raises(ParameterError, match="^the fault begins at 120 s, but the run ends at 60 s"):
-        drive(chosen, lambda *_: None)
-
-
 def test_a_channel_map_of_the_page_holds_when_the_vehicle_is_changed(working, analysed):
     file = "drives/weave.parquet"
     own = {"signals": {"yaw_rate": {"source": "yaw_rate", "sign": -1, "factor": 1, "optional": True}}}
@@ -102,3 +101,63 @@ def test_a_channel_map_of_the_page_holds_when_the_vehicle_is_changed(working, an
     again = working.analyse(Analysed(file=file, vehicle="revsted-car", spread=False))
     assert again.given["channel_map"] == own
     assert ended(working.jobs, again).found["series"] == first.found["series"]
+
+
+def worked_out(store, path, vehicle=""):
+    return analyse(store, Reading(path), vehicle, False, lambda *words, **more: None)
+
+
+def test_a_bus_log_is_read_and_judged_as_its_vehicle(tmp_path):
+    store, path = Store(tmp_path), shared_data("rav4_highway_minute", "can.log")
+    found = worked_out(store, path, "rav4")
+    reader = SeriesReader(store.path("series", found["series"]))
+    assert {"driver_torque", "steering_wheel_angle", "wheel_speed_front_left"} <= set(reader.signals)
+    result = json.loads((store.path("results", found["result"]) / "result.json").read_text())
+    assert result["monitors"]["friction"]["findings"][0]["status"] == "not identifiable"
+    with pytest.raises(InputError, match="DBC"):
+        worked_out(store, path)
+
+
+def test_a_table_without_vehicle_shows_its_signals_and_says_why_there_is_no_verdict(tmp_path):
+    store = Store(tmp_path)
+    found = worked_out(store, shared_data("ferrari_250lm_race", "laps.parquet"))
+    assert found["result"] == ""
+    assert "no vehicle is given" in found["why"]
+    reader = SeriesReader(store.path("series", found["series"]))
+    time, values = reader.samples("yaw_rate")
+    assert len(time) == len(values) == pytest.approx(27_500, abs=200)
+
+
+def test_a_bus_log_without_database_leads_to_the_page(tmp_path):
+    path = tmp_path / "can.log"
+    path.write_text("".join(f"({n / 100:.6f}) can0 025#0000000000000000\n" for n in range(50)))
+    with pytest.raises(InputError) as found:
+        read(path)
+    said = in_the_page(str(found.value))
+    assert ": choose or upload it as CAN database under 'New recording', or name it in the vehicle file" in said
+    assert "--dbc" in str(found.value)
+    assert "--" not in said
+
+
+def test_a_recording_without_vehicle_leads_to_the_page(tmp_path):
+    path = tmp_path / "drive.csv"
+    path.write_text("time,yaw_rate [rad/s]\n" + "".join(f"{n / 100:.2f},0.{n}\n" for n in range(50)))
+    with pytest.raises(ParameterError) as found:
+        vehicle_named_in(path)
+    assert "--vehicle" in str(found.value)
+    assert (
+        in_the_page(str(found.value))
+        == "no vehicle is given, and the recording names none; choose one under 'judged as'"
+    )
+
+
+@pytest.mark.parametrize("fault", ["friction-step", "driver-torque-offset", "assist-half"])
+def test_a_size_of_another_kind_is_named_as_in_the_page(fault, tmp_path):
+    chosen = {"car": "midsize-eps", "course": "mixed", "seconds": 1.0, "folder": str(tmp_path)}
+    with pytest.raises(ParameterError) as found:
+        drive({**chosen, "faults": [{"name": fault, "size": "5 kg", "start": 0.5}]}, lambda share: None)
+    said = str(found.value)
+    assert said.startswith(f"the size of {fault} is '5 kg', but ")
+    assert "; give for example " in said
+    assert "'to'" not in said
+    assert "faults.0" not in said

@@ -2,18 +2,16 @@
 
 import asyncio
 import json
-import queue
+import shutil
+import subprocess
 
 import numpy as np
 import pytest
 
 from live_drives import database_file, drive, messages
+from tierod.core.findings import Diagnosis, Finding, Status
 from tierod.live.clock import Frame
-from tierod.live.drive import Drive
-from tierod.live.events import Hub
-from tierod.live.judge import Plan
-from tierod.live.outputs import Outputs
-from tierod.vehicles import load
+from tierod.report import to_json
 from tierod.web.following import Samples
 from tierod.web.relay import KEPT, WAITING, Relay
 
@@ -41,30 +39,6 @@ def test_frames_become_samples_of_every_signal(tmp_path):
     assert samples.content() is None
     samples.heard([Frame(2.0, 999, 1, b"12345678")])
     assert samples.content() == {}
-
-
-def test_an_engine_gives_its_frames_to_who_listens(tmp_path):
-    got = []
-    made = Drive([], None, messages(tmp_path), None, ["friction"], Plan(load("midsize-eps")), Outputs(), Hub())  # type: ignore[arg-type]
-    made.engine.heard = got.extend
-    sent = list(frames(tmp_path))
-    made.engine.clock.begin(sent[0], 0.0, 1_700_000_000.0)
-    made.engine.take(sent[:10], 0.0, 1_700_000_000.0)
-    assert [each.data for each in got] == [each.data for each in sent[:10]]
-
-
-def test_who_follows_ends_with_the_server(tmp_path, monkeypatch, capsys):
-    import os
-
-    from tierod.web.following import follow
-
-    plan = Plan(load("midsize-eps"))
-    made = Drive([], queue.SimpleQueue(), messages(tmp_path), None, ["friction"], plan, Outputs(), Hub())
-    parents = iter([7, 7])
-    monkeypatch.setattr(os, "getppid", lambda: next(parents, 1))
-    monkeypatch.setattr("signal.signal", lambda *_: None)
-    assert follow(made, Samples(messages(tmp_path), None)) == 2
-    assert made.ended
 
 
 def test_a_page_that_comes_later_gets_what_came_lately():
@@ -105,3 +79,56 @@ def test_a_bus_that_is_none_is_a_sentence(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("sys.argv", words)
     assert following.main() == 3
     assert "no interface 'nobus'" in json.loads(capsys.readouterr().out)["text"]
+
+
+DRAWN = """
+import { lanes } from "./findings.js";
+let text = "";
+process.stdin.on("data", (part) => { text += part; });
+process.stdin.on("end", () => { console.log(JSON.stringify(lanes(JSON.parse(text), [0, 60]))); });
+"""
+
+
+@pytest.fixture(scope="module")
+def script(tmp_path_factory):
+    if shutil.which("node") is None:
+        pytest.skip("node is not installed")
+    pytest.importorskip("fastapi", reason="the extra 'web' is not installed")
+    from tierod.web.app import STATIC
+
+    folder = tmp_path_factory.mktemp("web") / "static"
+    shutil.copytree(STATIC, folder)
+    # The server writes this module.
+    table = {each.value: (each.colour, each.symbol) for each in Status}
+    (folder / "statuses.js").write_text(f"export const STATUSES = {json.dumps(table)};")
+    (folder / "package.json").write_text('{"type": "module"}')
+    (folder / "drawn.js").write_text(DRAWN)
+    return folder / "drawn.js"
+
+
+def marks(script, **times):
+    """Marks of one finding with these times, by the name of their lane."""
+    finding = Finding("motor-angle", Status.FAULT, "The angle sensor differs.", **times)
+    findings = json.loads(to_json(Diagnosis(findings=(finding,))))["findings"]
+    result = {"monitors": {"motor-angle": {"findings": findings, "decisions": [], "elements": []}}}
+    done = subprocess.run(["node", script], input=json.dumps(result), capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    return {lane["name"]: lane["marks"] for lane in json.loads(done.stdout)}
+
+
+def test_a_fault_that_ended_is_drawn_to_its_end_and_one_that_lasts_to_the_end_of_the_recording(script):
+    (ended,) = marks(script, since=6.2, end=6.75)["motor-angle"]
+    assert (ended["from"], ended["to"]) == (6.2, 6.75)
+    assert "from" in ended["text"]
+    assert "since" not in ended["text"]
+    (lasts,) = marks(script, since=6.2)["motor-angle"]
+    assert (lasts["from"], lasts["to"]) == (6.2, 60)
+    assert "since" in lasts["text"]
+
+
+def test_the_declaration_is_drawn_where_it_is_known(script):
+    drawn = marks(script, since=6.2, declared=7.13)
+    (declared,) = drawn["motor-angle: decisions"]
+    assert declared["from"] == 7.13
+    assert declared["title"].startswith("declared at")
+    assert list(marks(script, since=6.2)) == ["motor-angle"]

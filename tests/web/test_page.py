@@ -185,11 +185,6 @@ def test_dragging_zooms_all_charts_and_the_wheel_goes_on(page):
     page.wait_for_function(f"() => +new URLSearchParams(location.search).get('to') < {high}")
 
 
-def test_a_second_drive_lies_over_the_first(page):
-    opened(page, f"/recording?file={FILE}&signals=driver_torque&over={FILE}&shift=2", "Driver torque (second)")
-    page.get_by_text("overlaid: weave.parquet").wait_for()
-
-
 def test_a_report_opens_in_a_frame_of_its_own(page, analysed):
     opened(page, f"/recording?report={analysed.result}/friction", "Report of friction")
     page.frame_locator("iframe.report").locator("h1").wait_for()
@@ -237,14 +232,6 @@ def test_what_is_missing_is_a_sentence(page):
     page.slips.clear()  # the browser names the 404 itself
 
 
-def test_a_chart_never_widens_the_page(page):
-    opened(page, f"/recording?file={FILE}&signals=driver_torque", "Driver torque [N·m]")
-    charts(page, 1)
-    # A chart that was not drawn anew since the page became narrow.
-    page.evaluate("document.querySelectorAll('.uplot').forEach((each) => { each.style.width = '4000px'; })")
-    assert page.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0
-
-
 def test_curves_follow_the_theme(page):
     opened(page, f"/recording?file={FILE}&signals=driver_torque", "Driver torque [N·m]")
     charts(page, 1)
@@ -290,36 +277,6 @@ def test_a_bus_that_cannot_be_followed_says_why(page):
     page.get_by_text("No signals yet").wait_for()
 
 
-def test_a_view_that_does_not_come_says_so(page):
-    opened(page, "/", "weave.parquet")
-    page.route("**/fleet.js", lambda route: route.abort())
-    page.locator("nav.views a", has_text="Fleet").click()
-    page.get_by_text("The server does not answer").wait_for()
-    assert page.slips
-    page.slips.clear()
-
-
-def test_a_window_that_is_widened_gets_finer_curves(page):
-    asked = []
-    page.on("request", lambda request: asked.append(request.url) if "/window?" in request.url else None)
-    page.set_viewport_size({"width": 420, "height": 850})
-    opened(page, f"/recording?file={FILE}&signals=driver_torque", "Driver torque [N·m]")
-    charts(page, 1)
-    with page.expect_response(lambda answer: "/window?" in answer.url):
-        page.set_viewport_size({"width": 1300, "height": 850})
-    points = [int(urllib.parse.parse_qs(urllib.parse.urlsplit(each).query)["points"][0]) for each in asked]
-    assert points[-1] > 2 * points[0]
-
-
-def test_an_address_without_view_is_a_sentence(page):
-    answer = page.goto("/nothing/here?a=1")
-    assert answer.status == 404
-    page.get_by_role("heading", name="There is nothing at this address").wait_for()
-    page.get_by_role("link", name="recordings", exact=True).click()
-    page.get_by_role("heading", name="Recordings").wait_for()
-    page.slips.clear()  # the browser names the 404 itself
-
-
 def test_units_in_doubt_are_named_once_and_lead_to_the_channel_map(page, tmp_path):
     path = tmp_path / "degrees.csv"
     signs = [(n, (-1) ** (n // 100)) for n in range(900)]
@@ -337,20 +294,6 @@ def test_units_in_doubt_are_named_once_and_lead_to_the_channel_map(page, tmp_pat
     page.get_by_role("heading", name="Channel map").wait_for()
     field = page.get_by_label("column of steering_wheel_angle").bounding_box()
     assert field["x"] + field["width"] <= 420
-
-
-def test_few_samples_are_points_and_a_folder_that_is_gone_is_named(page):
-    opened(page, f"/recording?file={FILE}&signals=driver_torque&from=10&to=10.1", "Driver torque [N·m]")
-    charts(page, 1)
-    page.get_by_text("10.000 s to 10.100 s").wait_for()
-
-    def gone(route):
-        answer = route.fetch()
-        route.fulfill(response=answer, json={**answer.json(), "gone": ["disk"]})
-
-    page.route("**/api/files?*", gone)
-    page.goto("/")
-    page.get_by_text("The folder “disk” is gone").wait_for()
 
 
 def test_a_bin_before_a_pause_is_not_drawn_into_it(page, tmp_path):

@@ -1,9 +1,11 @@
 """`tierod serve`: what it refuses in a sentence, and how it ends."""
 
+import contextlib
 import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 import urllib.request
 from pathlib import Path
@@ -12,10 +14,12 @@ import pytest
 
 import tierod
 from tierod.cli import main
-from tierod.core.errors import InputError, MissingExtra, ParameterError
+from tierod.core.errors import MissingExtra, ParameterError
 from tierod.web import server
+from tierod.web.app import application
 from tierod.web.guard import Trust, own_names
-from tierod.web.server import listening, outward, require_web, site_of, token_of
+from tierod.web.server import listening, outward, require_web, server_of, site_of, token_of
+from tierod.web.site import Limits
 
 pytest.importorskip("fastapi", reason="the extra 'web' is not installed")
 
@@ -53,12 +57,6 @@ def test_what_cannot_be_served_is_a_sentence(words, sentence, capsys, tmp_path):
     assert sentence in refused([*words, "--cache", str(tmp_path), *port], capsys)
 
 
-def test_a_cache_that_cannot_be_written_is_a_sentence(capsys, tmp_path):
-    (tmp_path / "file").write_text("")
-    said = refused([str(tmp_path), "--cache", str(tmp_path / "file" / "cache"), "--port", "0"], capsys)
-    assert "name another folder with --cache" in said
-
-
 def test_without_the_extra_the_command_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "fastapi", None)
     with pytest.raises(MissingExtra, match=r"pip install 'tierod\[web\]'"):
@@ -81,11 +79,6 @@ def test_without_paths_the_demo_is_served(tmp_path):
     assert made.demo
     assert (made.vehicle, made.roots[0].name, made.results[0].name) == ("midsize-eps", "demo", "demo-fleet")
     assert not site_of([tmp_path], cache=tmp_path).demo
-
-
-def test_a_busy_address_is_named():
-    with listening("127.0.0.1", 0) as one, pytest.raises(InputError, match="in use"), listening(*one.getsockname()):
-        pass
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -117,3 +110,97 @@ def test_every_address_is_shown_as_one_that_others_reach():
     shown = outward("0.0.0.0")
     assert shown not in ("0.0.0.0", "127.0.0.1")
     assert Trust(8765, "t" * 16, False, own_names()).host(f"{shown}:8765")
+
+
+pytest.importorskip("fastapi", reason="the extra 'web' is not installed")
+
+
+TOKEN = "a-token-of-enough-length"
+LIMITS = Limits(connections=20, header_time=0.5, body_pause=0.5)
+
+
+@contextlib.contextmanager
+def served(bench, limits=LIMITS, token=""):
+    with listening("127.0.0.1", 0) as sockets:
+        port = sockets.getsockname()[1]
+        server = server_of(application(bench, Trust(port, token, not token)), limits)
+        thread = threading.Thread(target=server.run, kwargs={"sockets": [sockets]})
+        thread.start()
+        try:
+            while not server.started:
+                time.sleep(0.01)
+            yield port
+        finally:
+            server.should_exit = True
+            thread.join(10.0)
+
+
+def opened(port, begin):
+    made = socket.create_connection(("127.0.0.1", port), timeout=5.0)
+    made.sendall(begin.replace("PORT", str(port)).encode())
+    return made
+
+
+def ends_within(made, seconds):
+    """Whether the server ends a connection within a time [s]; what it sends before is read."""
+    until = time.monotonic() + seconds
+    made.settimeout(0.1)
+    while time.monotonic() < until:
+        try:
+            if not made.recv(1 << 16):
+                return True
+        except TimeoutError:
+            continue
+        except OSError:
+            return True
+    return False
+
+
+def status(port):
+    with urllib.request.urlopen(f"http://127.0.0.1:{port}/api/site", timeout=5.0) as answer:
+        return answer.status
+
+
+HALF = "GET / HTTP/1.1\r\nHost: 127"
+BODY = "POST /api/analyses HTTP/1.1\r\nHost: 127.0.0.1:PORT\r\nContent-Length: 1000\r\n\r\n{"
+
+
+@pytest.mark.parametrize("begin", ["", HALF, BODY])
+def test_a_request_that_never_ends_is_closed(bench, begin):
+    with served(bench) as port, opened(port, begin) as made:
+        assert not ends_within(made, 0.2)
+        assert ends_within(made, 3.0)
+
+
+def test_the_second_request_of_a_connection_has_its_own_time(bench):
+    whole = "GET /api/site HTTP/1.1\r\nHost: 127.0.0.1:PORT\r\n\r\n"
+    with served(bench) as port, opened(port, whole) as made:
+        assert not ends_within(made, 0.7), "a connection between requests is kept"
+        for _ in range(2):
+            made.sendall(whole.replace("PORT", str(port)).encode())
+            made.settimeout(5.0)
+            assert made.recv(1 << 16).startswith(b"HTTP/1.1 200")
+            assert not ends_within(made, 0.7), "a connection between requests is kept"
+        made.sendall(HALF.encode())
+        assert ends_within(made, 3.0)
+
+
+def test_the_page_is_answered_beside_many_half_open_requests(bench):
+    patient = Limits(connections=20, header_time=60.0, body_pause=60.0)
+    with served(bench, patient) as port, contextlib.ExitStack() as stack:
+        begins = [HALF, BODY, ""]
+        kept = [stack.enter_context(opened(port, begins[place % 3])) for place in range(60)]
+        assert status(port) == 200
+        assert ends_within(kept[0], 3.0)
+        assert not ends_within(kept[-1], 0.2)
+
+
+def test_a_header_that_comes_byte_by_byte_gets_no_more_time(bench):
+    with served(bench) as port, opened(port, HALF) as made:
+        until = time.monotonic() + 3.0
+        ended = False
+        while not ended and time.monotonic() < until:
+            with contextlib.suppress(OSError):
+                made.sendall(b"1")
+            ended = ends_within(made, 0.1)
+        assert ended

@@ -6,10 +6,12 @@ import time
 import pytest
 
 from attack.corpus import load
-from attack.fuzz import SEED, class_of, run
+from attack.crowds import CROWDS, commands
+from attack.fuzz import SEED, TARGETS, Case, class_of, run
+from attack.kills import COMMANDS
+from attack.kills import run as kill
 from attack.pool import Pool
-from attack.seeds import seeds, user_files
-from attack.targets import BESIDE, FILE, FITTING, READERS, TARGETS, Case, case
+from attack.seeds import seeds
 
 COUNT = 2
 """Cases of each target in the suite: a few seconds for all of them. `make attack` runs thousands."""
@@ -49,11 +51,6 @@ def test_corpus(pool, name):
     assert kept.fault(kept.run(pool)) == ""
 
 
-def test_names_in_the_corpus_are_unique():
-    names = [each.name for each in KEPT]
-    assert len(set(names)) == len(names) > 50
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("target", TARGETS)
 def test_what_is_mutated_is_valid(pool, target):
@@ -66,21 +63,6 @@ def test_what_is_mutated_is_valid(pool, target):
             assert result.kind == "", result
             accepted.append(result.code in (0, 2))
         assert any(accepted), (name, result.stderr)
-
-
-def test_fifteen_readers_and_eight_kinds_of_user_files():
-    assert len(READERS) == 15
-    assert set(TARGETS) == {*READERS, *user_files()}
-    assert len(user_files()) == 8
-    for target in TARGETS.values():
-        assert all({FILE, BESIDE, FITTING} & set(command) and FILE in command for _, command in target.commands)
-
-
-@pytest.mark.parametrize("target", TARGETS)
-def test_a_case_is_the_same_whenever_it_is_made(target):
-    assert [case(target, 1, number) for number in range(5)] == [case(target, 1, number) for number in range(5)]
-    contents = {case(target, 1, number).content for number in range(20)}
-    assert len(contents) > 15
 
 
 def test_a_death_and_one_that_waits_for_ever_are_seen(pool, monkeypatch):
@@ -120,3 +102,28 @@ def test_what_went_wrong_gets_its_name(answer, stdout, stderr, kind):
         (silent.home / "stderr").write_text(stderr, encoding="utf-8")
         whole = {"code": 0, "escaped": "", "seconds": 0.1, "memory": 0, "resident": 0, **answer}
         assert silent.judged(whole).kind == kind
+
+
+@pytest.mark.parametrize("count", [pytest.param(2, marks=pytest.mark.slow), 20])
+@pytest.mark.parametrize("shared", CROWDS)
+def test_a_crowd_loses_nothing_and_refuses_nothing_wrongly(tmp_path, shared, count):
+    found = CROWDS[shared](count, seed=count, folder=tmp_path)
+    assert found["processes"] == count
+    assert found["wrong"] == 0, found
+
+
+@pytest.mark.slow
+def test_twenty_commands_at_once_count_each_recording_once(tmp_path):
+    found = commands(20, seed=3, folder=tmp_path)
+    assert found == {"processes": 20, "counted": 15, "refused": 5, "wrong": 0}
+
+
+BAD = ("broken", "lost", "hindered", "strays")
+
+
+@pytest.mark.slow
+def test_all_commands_survive_many_kills(tmp_path):
+    found = kill(60, seed=7, folder=tmp_path)
+    assert set(found) == {each.name for each in COMMANDS}
+    for name, figures in found.items():
+        assert [figures[each] for each in BAD] == [0] * 4, (name, figures)
