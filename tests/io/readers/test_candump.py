@@ -111,11 +111,15 @@ def test_a_log_of_more_buses_than_there_can_be_is_damaged():
         read_frames(b"".join(b"(1.5) can%05d 123#01\n" % number for number in range(70_000)))
 
 
-@pytest.mark.parametrize("option", ["ta", "tz", "td"])
+@pytest.mark.parametrize("option", ["ta", "tz", "td", "tA"])
 def test_a_log_as_candump_prints_it(option):
     stamps = 0.02 * np.arange(200)
-    shown = {"ta": 1.7e9 + stamps, "tz": stamps, "td": np.diff(stamps, prepend=0.0)}[option]
-    lines = [f" ({each:010.6f})  can0  120   [2]  {k % 256:02X} 0A\n" for k, each in enumerate(shown)]
+    calendar = [f"2024-05-13 09:05:{each:09.6f}" for each in stamps]
+    shown = {"ta": 1.7e9 + stamps, "tz": stamps, "td": np.diff(stamps, prepend=0.0), "tA": calendar}[option]
+    lines = [
+        f" ({each if option == 'tA' else f'{each:010.6f}'})  can0  120   [2]  {k % 256:02X} 0A\n"
+        for k, each in enumerate(shown)
+    ]
     frames = read_frames("".join(lines).encode(), 700)
     assert frames.time == pytest.approx(stamps, abs=1e-6)
     assert frames.payload[5, :2].tolist() == [5, 10]

@@ -293,9 +293,11 @@ def test_a_time_of_day_as_digits_of_one_number(tmp_path, kind):
         path.write_text("sats\ttime\tvelocity [km/h]\n" + "".join(f"8\t{t}\t54.0\n" for t in digits))
     else:
         head = (
-            "[header]\nsatellites\ntime\nvelocity kmh\n\n[comments]\nof a drive\n\n[column names]\nsats time velocity\n"
+            "[header]\nsatellites\ntime\nvelocity kmh\nYaw_Rate\n\n[channel units]\ndeg/s\n\n[comments]\nof a drive\n\n"
+            "[column names]\nsats time velocity Yaw_Rate\n"
         )
-        path.write_text(head + "\n[data]\n" + "".join(f"008 {t} +054.000 \n" for t in digits))
+        path.write_text(head + "\n[data]\n" + "".join(f"008 {t} +054.000 +1.80000E+01 \n" for t in digits))
+        assert read(path)["yaw_rate"].values == pytest.approx(np.radians(18.0))
     found = read(path)["vehicle_speed"]
     assert found.time[-1] - found.time[0] == pytest.approx(149.9)
     assert np.diff(found.time) == pytest.approx(0.1)

@@ -113,6 +113,23 @@ FILES = {
         "Date,UTC Time,speed [m/s],yaw_rate [rad/s]\n"
         + "".join(f"130524,0905{t:06.3f},{v:.6f},{r:.6f}\n" for t, v, r in _rows_of_numbers()),
     ),
+    "titles in comments": (
+        "drive.txt", "# of NumPy\n# time speed yaw_rate\n# s m/s rad/s\n" + _rows("{t:.3f} {v:.6f} {r:.6f}\n"),
+    ),
+    "a comment above titles": (
+        "drive.csv", "# time of test, a, b\ntime,speed [m/s],yaw_rate\n" + _rows("{t:.3f},{v:.6f},{r:.6f}\n"),
+    ),
+    "titles of several words apart by spaces": (
+        "drive.txt", "Time(s)   Vehicle Speed (m/s)  Yaw Rate (deg/s)\n" + _rows("  {t:.3f}   {v:.6f}  {deg:.6f}\n"),
+    ),
+    "units apart by spaces": (
+        "drive.txt", "time [s] speed [m/s] yaw_rate [rad/s]\n" + _rows("{t:.3f} {v:.6f} {r:.6f}\n"),
+    ),
+    "blank cells between tabs, below a preamble": (
+        "drive.lvm",
+        "LabVIEW Measurement\t\nTime\t10:12:00\t10:12:00\t\nDelta_X\t0.05\t0.05\t\n***End_of_Header***\t\t\t\n"
+        "X_Value\tvehicle_speed [m/s]\tyaw_rate\tComment\n" + _rows("{t:.3f}\t{v:.6f}\t{r:.6f}\t\n"),
+    ),
     "long table in German": (
         "fahrt.csv",
         "Zeit;Signal;Wert;Einheit\n"

@@ -49,6 +49,10 @@ def _structures(kind, time, signals):
     """Variables of one recording as Simulink, its scope, ControlDesk and level 4 store them."""
     if kind == "level 4":
         return {"t": time, **signals}, {"format": "4"}
+    if kind == "time series":
+        return {"logsout": {n: {"Time": time, "Data": v.reshape(-1, 1)} for n, v in signals.items()}}, {}
+    if kind == "time of each":
+        return {**signals, **{f"{n}_time": time + at for at, n in enumerate(signals)}}, {}
     columns = {name: values.reshape(-1, 1) for name, values in signals.items()}
     if kind == "structure with time":
         return {n: {"time": time, "signals": {"values": v, "label": n}} for n, v in columns.items()}, {}
@@ -61,7 +65,9 @@ def _structures(kind, time, signals):
     return {"rec": {"X": {"Name": "", "Data": time}, "Y": table}}, {}
 
 
-@pytest.mark.parametrize("kind", ["structure with time", "scope", "ControlDesk", "level 4"])
+@pytest.mark.parametrize(
+    "kind", ["structure with time", "scope", "ControlDesk", "level 4", "time series", "time of each"]
+)
 def test_structures_with_names_and_times_in_fields(tmp_path, kind):
     time = np.arange(0, 20, 0.01)
     signals = {"steering_wheel_angle": 0.5 * np.sin(time), "yaw_rate": 0.1 * np.sin(time), "vehicle_speed": 15 + time}
@@ -70,5 +76,15 @@ def test_structures_with_names_and_times_in_fields(tmp_path, kind):
     scipy.io.savemat(path, variables, **options)
     found = read(path)
     for name, values in signals.items():
-        assert found[name].time == pytest.approx(time)
+        own = list(signals).index(name) if kind == "time of each" else 0
+        assert found[name].time == pytest.approx(time + own)
         assert found[name].values == pytest.approx(values)
+
+
+def test_signals_of_one_label_and_columns_of_a_matrix_are_all_read(tmp_path):
+    table = np.zeros((1, 2), dtype=[("values", object), ("label", object)])
+    table[0, 0], table[0, 1] = (TIME, "a"), (np.column_stack([TIME + 1, TIME + 2]), "a")
+    saved(tmp_path, x={"time": TIME, "signals": table}, rest=np.arange(7.0))
+    found = read(tmp_path / "drive.mat")
+    assert [each.values[0] - TIME[0] for each in found.channels.values()] == pytest.approx([0, 1, 2])
+    assert "vectors without a time of their length were left out: 1 (rest)" in " ".join(found.warnings)

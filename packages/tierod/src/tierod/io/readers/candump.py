@@ -9,6 +9,7 @@ import numpy as np
 
 from tierod.core.errors import InputError
 from tierod.io.readers.content import Content, whole_lines
+from tierod.io.readers.csv import instant
 from tierod.io.readers.frames import EXTENDED, Frames, Log, Remembered, bus_number, only_notes
 from tierod.io.readers.source import Format, text_begin
 
@@ -22,7 +23,8 @@ _LINE = re.compile(
 )
 # As printed: "(1600000000.000100)  can0  RX - -  123   [2]  01 02   '..'"; without -t it has no time
 _PRINTED = re.compile(
-    rb"^ *(?:\((\d{1,18}\.\d{1,18})\))? +(\S+) +(?:[RT]X +[-BE] +[-BE] +)?([0-9A-Fa-f]{3,8}) +\[(\d+)\]"
+    rb"^ *(?:\((\d{1,18}\.\d{1,18}|\d{4}-\d\d-\d\d \d\d:\d\d:\d\d\.\d{1,9})\))?"
+    rb" +(\S+) +(?:[RT]X +[-BE] +[-BE] +)?([0-9A-Fa-f]{3,8}) +\[(\d+)\]"
     rb"((?: +[0-9A-Fa-f]{2})*)( +remote request)?(?: +'.*')?[ \r]*$",
     re.MULTILINE,
 )
@@ -84,6 +86,8 @@ def _as_logged(blocks: Iterable[bytes]) -> Iterator[bytes]:
         if not printed:
             yield block
             continue
+        if b"-" in printed[0]:  # calendar times (`candump -tA`)
+            printed = [b"%.6f" % instant(each.decode()) if b"-" in each else each for each in printed]
         stamps = np.array(list(map(float, printed)))
         if deltas is None:
             deltas = stamps[0] < 1.0 and len(stamps) > 1 and bool(np.mean(np.diff(stamps[1:]) <= 0.0) > _DELTAS)

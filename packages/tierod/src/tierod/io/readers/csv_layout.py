@@ -31,6 +31,10 @@ _DATE = re.compile(
 MISSING = ("", "nan", "NaN", "NAN", "null", "NULL", "None", "n/a", "N/A", "NA", "-", "#N/A", "--")
 _SECTION = re.compile(r"^\s*\[([\w ]+)\]\s*$")
 _CHANNEL = re.compile(r"^\s*channel(?: name| \d+)?\s*[:=]\s*(.+)$", re.IGNORECASE)
+_COMMENT = re.compile(r"^\s*[#%]+\s*")
+_WIDE = re.compile(r"\t+| {2,}")
+_BEFORE_UNIT = re.compile(r"\s+(?=[\[(])")
+_VBOX = {"heading": "deg", "height": "m"}  # units of columns whose titles have none
 _NAME_LABELS = ("channel name", "channel", "name", "names", "signal", "channels")
 _UNIT_LABELS = ("unit", "units")
 
@@ -60,7 +64,8 @@ def find_layout(data: bytes) -> Layout:
     for delimiter in ",;\t|":
         for decimal in "." if delimiter == "," else ".,":
             best = max(best, (_score(plain, delimiter, decimal), delimiter, decimal))
-    for decimal in ".,":  # cells of the others may hold spaces too
+    # Cells of the others may hold spaces too; tabs keep the places of blank cells, which spaces do not.
+    for decimal in "" if best[1] == "\t" else ".,":
         score = _score(plain, SPACES, decimal)
         best = (score, SPACES, decimal) if score > best[0] else best
     if not best[0]:
@@ -132,7 +137,9 @@ def _layout(lines: list[tuple[int, str]], delimiter: str, decimal: str, about: d
         len(body) - 1,
     )
     header = [cells for cells in body[:first] if 1 < len(cells) <= width and any(map(str.strip, cells))]
-    header = _preamble([text for offset, text in lines if offset < rows[first][0]], width) or header
+    above = [text for offset, text in lines if offset < rows[first][0]]
+    lacking = not any(is_time(split_name(cell)[0]) for row in header for cell in row)
+    header = _preamble(above, width) or (lacking and _spaced(above, width, delimiter)) or header
     _refuse_lacking_names(header, below, delimiter)
     columns = _columns(header, width)
     columns = tuple(_as_written(column, about) for column in columns)
@@ -165,11 +172,27 @@ def _preamble(above: list[str], width: int) -> list[list[str]]:
             current.append(line)
     names = " ".join(sections.get("column names", [])).split()
     if len(names) == width:
-        last = [line.split()[-1] for line in sections.get("header", [])]
-        units = [unit if known(unit) else "" for unit in last] if len(last) == width else [""] * width
-        return [names, units]
+        titles = sections.get("header", [])
+        last = [line.split()[-1] for line in titles] if len(titles) == width else [""] * width
+        own = sections.get("channel units", [])  # of the columns after those that every logger has
+        last = [*last[: width - len(own)], *map(str.strip, own)] if len(own) < width else last
+        return [names, [_VBOX.get(name, unit if known(unit) else "") for name, unit in zip(names, last, strict=True)]]
     listed = [found[1].strip() for line in above if (found := _CHANNEL.match(line))]
     return [["time", *listed]] if len(listed) == width - 1 else [listed] if len(listed) == width else []
+
+
+def _spaced(above: list[str], width: int, delimiter: str) -> list[list[str]]:
+    """Rows of titles in comments, or of titles that hold spaces and are two or more spaces apart; else empty."""
+    comments = [_COMMENT.sub("", line) for line in above if _COMMENT.match(line)]
+    for lines in (above, comments):
+        narrow = [_cells(_BEFORE_UNIT.sub("", line) if delimiter == SPACES else line, delimiter) for line in lines]
+        wide = [_WIDE.split(line.strip()) for line in lines if delimiter == SPACES]
+        for rows in (narrow, wide):
+            rows = [row for row in rows if len(row) == width]
+            first = next((at for at, row in enumerate(rows) if is_time(split_name(row[0])[0])), None)
+            if first is not None:
+                return rows[first:]
+    return []
 
 
 def _refuse_lacking_names(header: list[list[str]], below: list[list[str]], delimiter: str) -> None:

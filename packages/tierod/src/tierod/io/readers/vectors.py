@@ -62,7 +62,8 @@ def open_hdf5(path: Path, given: TimeEntry = GUESSED) -> Source:
 
 def _source(path: Path, process: ReaderProcess, given: TimeEntry, kind: str) -> Source:
     whole = kind == "MATLAB 5"
-    timed = _timed(_listed(path, process), given)
+    listed = _listed(path, process)
+    timed = _timed(listed, given)
     if whole:
         longest = max((each.data.length for each in timed if isinstance(each.clock, float)), default=0)
         timed = [each for each in timed if isinstance(each.clock, Data) or each.data.length == longest]
@@ -103,7 +104,11 @@ def _source(path: Path, process: ReaderProcess, given: TimeEntry, kind: str) -> 
         Column(name, each.data.unit, each.data.parts[-1], several and name != each.data.parts[-1])
         for name, each in signals.items()
     )
-    return Source(columns, lanes, {"format": kind})
+    used = {*clocks, *(each.data.path for each in timed)}
+    left = [".".join(each.parts) for each in listed if each.value is None and each.path not in used]
+    some = ", ".join(left[:3]) + ", ..." * (len(left) > 3)
+    notes = (f"vectors without a time of their length were left out: {len(left)} ({some})",) if left else ()
+    return Source(columns, lanes, {"format": kind}, warnings=notes)
 
 
 def _listed(path: Path, process: ReaderProcess) -> list[Data]:
@@ -130,15 +135,29 @@ def _timed(listed: Sequence[Data], given: TimeEntry) -> list[Timed]:
     clocks = {where: _clock(members, given) for where, members in groups.items()}
     found = []
     for where, members in groups.items():
+        own = {each.parts[-1].lower(): each for each in members if each.value is None}
+        apart = {each.path: beside for each in members if not given.column and (beside := _own_clock(each, own))}
         around = [where[:depth] for depth in range(len(where), -1, -1)]
         known = [clock for above in around if (clock := clocks.get(above)) is not None]
+        taken = {id(clock) for clock in (*known, *apart.values())}
         for each in members:
-            if each.value is not None or any(each is clock for clock in known):
+            if each.value is not None or id(each) in taken:
                 continue
-            fitting = [clock for clock in known if not isinstance(clock, Data) or clock.length == each.length]
+            fitting = (
+                [apart[each.path]]
+                if each.path in apart
+                else [clock for clock in known if not isinstance(clock, Data) or clock.length == each.length]
+            )
             if fitting:
                 found.append(Timed(each, fitting[0]))
     return found
+
+
+def _own_clock(vector: Data, others: dict[str, Data]) -> Data | None:
+    """The vector of the times of another one, called by its name and "time"."""
+    name = vector.parts[-1].lower()
+    words = (f"{name}_time", f"time_{name}", f"{name}_t", f"t_{name}", f"{name}time", f"{name}_timestamp")
+    return next((others[word] for word in words if word in others and others[word].length == vector.length), None)
 
 
 def _clock(members: Sequence[Data], given: TimeEntry) -> Data | float | None:

@@ -97,17 +97,23 @@ class _Matlab:
 def _timed_structure(path: str, value: Any) -> list[tuple[str, Any, str]]:
     """(path, vector, unit) of the signals and times of a structure that names its signals in fields; else empty.
 
-    Simulink: `time` beside one or several `signals` with `values` and `label`. ControlDesk: `X` beside several `Y`
-    with `Name`, `Data`, `Unit` and the number `XIndex` of their time.
+    Simulink: `time` beside one or several `signals` with `values` and `label`, or `Time` beside `Data`.
+    ControlDesk: `X` beside several `Y` with `Name`, `Data`, `Unit` and the number `XIndex` of their time.
     """
     fields = set(getattr(value, "_fieldnames", ()))
     if {"time", "signals"} <= fields:
         own = path.rsplit("/", 1)[-1]
         named = [each for each in _structures(value.signals) if hasattr(each, "values")]
-        labels = [_text(getattr(each, "label", "")) for each in named]
-        names = [label or (own if len(named) == 1 else f"{own}{at}") for at, label in enumerate(labels)]
-        listed = [(f"{path}/{name}", each.values, "") for name, each in zip(names, named, strict=True)]
-        return [(f"{path}/time", value.time, ""), *listed]
+        listed: list[tuple[str, Any, str]] = [(f"{path}/time", value.time, "")]
+        for at, each in enumerate(named):
+            name = _text(getattr(each, "label", "")) or (own if len(named) == 1 else f"{own}{at}")
+            taken = any(before == f"{path}/{name}" for before, _, _ in listed)
+            listed += _by_column(f"{path}/{name}{at}" if taken else f"{path}/{name}", each.values, "")
+        return listed
+    if {"Time", "Data"} <= fields or {"time", "data"} <= fields:  # a time series, or the like of it
+        time, data = (value.Time, value.Data) if "Time" in fields else (value.time, value.data)
+        own = path.rsplit("/", 1)[-1]
+        return [(f"{path}/time", time, ""), *_by_column(f"{path}/{own}", data, _text(getattr(value, "Units", "")))]
     if {"X", "Y"} <= fields:
         times, signals = ([each for each in _structures(part) if hasattr(each, "Data")] for part in (value.X, value.Y))
         made = [(f"{path}/X{at}/time", each.Data, "") for at, each in enumerate(times, 1)]
@@ -116,6 +122,13 @@ def _timed_structure(path: str, value: Any) -> list[tuple[str, Any, str]]:
             made.append((f"{path}/X{clock:.0f}/{name}", signal.Data, _text(getattr(signal, "Unit", ""))))
         return made
     return []
+
+
+def _by_column(path: str, values: Any, unit: str) -> list[tuple[str, Any, str]]:
+    """A vector, or the columns of a matrix under their numbers."""
+    if getattr(values, "ndim", 1) != 2:
+        return [(path, values, unit)]
+    return [(f"{path}{number}", column, unit) for number, column in enumerate(values.T, 1)]
 
 
 def _structures(value: Any) -> list[Any]:
