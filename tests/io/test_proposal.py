@@ -271,6 +271,7 @@ def test_a_sign_bit_belongs_to_its_magnitude(tmp_path):
         "LK_QBit_Lenkradwinkel": np.zeros(len(time)),
         "FD_Gierrate [deg/s]": np.abs(yaw),
         "FD_VZ_Gierrate": yaw < 0.0,
+        "FD_Seite": np.sign(yaw),
         "FD_Querbeschleunigung [m/s2]": signals["lateral_acceleration"],
         "FD_v_Signal [km/h]": 3.6 * signals["vehicle_speed"],
     }
@@ -302,6 +303,9 @@ def test_a_sign_bit_belongs_to_its_magnitude(tmp_path):
     with pytest.raises(
         InputError, match="'FD_VZ_Gierate' for yaw_rate, which is not a column of the file; did you mean"
     ):
+        read(path, channel_map=tmp_path / "plain.toml", names=["yaw_rate"])
+    (tmp_path / "plain.toml").write_text(plain + 'sign_from = "FD_Seite"\n')
+    with pytest.raises(InputError, match="'FD_Seite' of the sign of .* holds -1; sign_from takes a column that is 0"):
         read(path, channel_map=tmp_path / "plain.toml", names=["yaw_rate"])
 
 

@@ -127,6 +127,8 @@ def _sign_bit(column: Column, bits: Sequence[Channel], loaded: Recording) -> Cha
     if not near:
         return None
     bit = max(near, key=lambda each: sign_of(each.name, column.name))
+    if (bit.values < 0.0).any():  # 1 may stand for plus
+        return None
     signed = with_sign(loaded[column.name], bit).values
     flips = np.flatnonzero(np.sign(signed[1:]) * np.sign(signed[:-1]) < 0.0)
     return bit if not len(flips) or float(np.median(np.abs(signed[flips]))) < AT_FLIP * usual else None

@@ -40,7 +40,7 @@ _OF_STEERING = r"assist|_eps|unterst|servo|hilfs|_emot_|steer|lenk|mdps|epas|_mo
 _OF_DRIVER = r"driver|_drvr?_(trq|tq)_$|fahrer|_hand|torsion|drehstab"
 _WANTED = (
     r"_rq_|_req_|_trg_|_lim(it)?(mn|mx)?_|intended|request|target|soll|_cmd_|command|demand|desired|wunsch|_ref_|reference|"
-    r"_set_?(point|_)|_des_|consigne"
+    r"_set_?(point|_)|_des_|consigne|actuators"
 )
 _STATE = (
     r"_sta(t|te|tus)?_|_sts_|_qual|valid|_flag|_bit_|_vz_|_sign_|vorzeichen|_crc_|_counter_|_cnt_|toggle|_err(or)?_|"
@@ -55,7 +55,9 @@ _WHEEL = r"wheel|(?<!len[k_])rad(?!ar|ius|_s_|_per)|_whl_|_wss_|_ws_|roue|ruota|
 _ACCELERATION = r"accel|beschl|_acc_|_a_|accelerazione|aceleracion"
 _LATERAL = r"_lat|lateral|quer|trasv|transv"
 _LONGITUDINAL = r"_long|_lon_|laengs|_lngs|longitud"
-_CAR = r"vehicle|vehicule|ground|fahrzeug|_veh_|_fzg_|_car_|wagen|_gps_|_gnss_|tacho|speedo|_ego_|_fahr"
+_CAR = (
+    r"vehicle|vehicule|ground|fahrzeug|_veh_|_fzg_|_car_|wagen|veicolo|vehiculo|_gps_|_gnss_|tacho|speedo|_ego_|_fahr"
+)
 
 _FRENCH = r"(roue|vitesse)\w*_"
 _CORNERS = {
@@ -167,7 +169,8 @@ def demand_of(title: str) -> str:
 
 def state_of(title: str) -> str:
     """Word by which a title stands for a state, a quality or a bit, not for a value; "" without one."""
-    found = re.search(_STATE, words_of(title))
+    # "carState.yawRate" is a value in the group of the car's states.
+    found = re.search(_STATE, words_of(title.rpartition(".")[2]))
     return found[0].strip("_") if found else ""
 
 

@@ -117,9 +117,9 @@ def frames_of(blocks: Iterable[bytes], layout: Layout) -> Iterator[Frames]:
             try:
                 stamp, payload = _stamp(cells[layout.time]), _payload(cells, layout, base)
                 number = _number(cells, layout, decimal)
+                bus = cells[layout.bus].strip() if layout.bus is not None else "0"
             except (ValueError, IndexError, binascii.Error):
                 continue
-            bus = cells[layout.bus].strip() if layout.bus is not None else "0"
             stamps.append(stamp)
             counts = counts and cells[layout.time].strip().isdigit()
             identifiers.append(number)

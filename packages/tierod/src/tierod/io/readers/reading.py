@@ -100,6 +100,11 @@ def _made(pick: Pick, parts: list[Channel]) -> Channel:
 
 def with_sign(magnitude: Channel, bit: Channel) -> Channel:
     """The channel with minus where the latest sample of a bit is not 0; missing before its first."""
+    if (bit.values < 0.0).any():  # in another piece of the column, 1 would be taken for a minus
+        raise InputError(
+            f"the column '{bit.name}' of the sign of '{magnitude.name}' holds {np.nanmin(bit.values):g}; "
+            "sign_from takes a column that is 0 for plus and 1 for minus"
+        )
     at = np.searchsorted(bit.time, magnitude.time, side="right") - 1
     held = np.where(at >= 0, bit.values[np.maximum(at, 0)], np.nan) if len(bit.time) else np.full(len(at), np.nan)
     values = np.where(np.isfinite(held), np.where(held != 0.0, -magnitude.values, magnitude.values), np.nan)
