@@ -14,9 +14,16 @@ from tierod.core.graph import compiler, known_graphs, scan
 from tierod.core.graph.kernel_cache import KernelCache
 from tierod.core.graph.trace import _trace
 from tierod.methods.detectors import Cusum
+from tierod.methods.estimators.shapes import augment
+from tierod.models.lateral_motion import lateral_motion
+from tierod.models.linear import discretise
+from tierod.models.steering_column import SteeringWheel
 
 NAME = "tierod_kernel-0123456789abcdef01234567"
 CODE = bytes(random.Random(1).randbytes(70_000))
+
+
+LEARNT = ("inertia_error", "steering_wheel_damping", "torque_offset")
 
 
 def name(number):
@@ -117,3 +124,28 @@ def test_an_entry_of_no_use_is_traced_anew(graphs, content):
     compiler.keep(entry(block), content)
     _trace.cache_clear()
     assert np.array_equal(scan(block, np.ones((9, 1))).values, expected)
+
+
+@pytest.mark.parametrize(
+    ("make", "names"),
+    [
+        (lateral_motion, ("bank_angle", "side_force")),
+        (lambda names: discretise(augment(SteeringWheel, *names), "midpoint"), LEARNT),
+    ],
+)
+def test_a_class_made_at_run_time_is_known_by_its_maker_and_arguments(graphs, make, names):
+    def known(names):
+        return known_graphs.entry_of((type, make(names)), "filter")
+
+    first = known(names)
+    for maker in (lateral_motion, augment, discretise):
+        maker.cache_clear()
+    assert first is not None
+    assert known(names) == first
+    assert known(names[:1]) != first
+
+
+def test_a_class_that_a_plug_in_makes_has_no_entry(graphs):
+    foreign = type("Wheel", (), {**vars(SteeringWheel), "__module__": "foreign"})
+    assert known_graphs.entry_of((type, foreign), "filter") is None
+    assert known_graphs.entry_of((type, augment(foreign, *LEARNT)), "filter") is None

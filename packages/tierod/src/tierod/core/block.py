@@ -150,7 +150,9 @@ def units(annotation: object) -> list[str]:
 
 def named_tuple(name: str, fields: Iterable[tuple[str, object]]) -> type:
     """A NamedTuple class made at run time from (field, annotation) pairs; its module is that of the caller."""
-    made: Any = NamedTuple(name, fields)  # type: ignore[misc]  # a name that is known at run time only
+    given = tuple(fields)
+    made: Any = NamedTuple(name, given)  # type: ignore[misc]  # a name that is known at run time only
+    made.__made_by__ = (named_tuple, (name, given))  # type: ignore[attr-defined]
     made.__module__ = sys._getframe(1).f_globals.get("__name__", "__main__")
     return made
 

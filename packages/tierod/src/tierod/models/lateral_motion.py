@@ -238,6 +238,7 @@ def _members(unknowns: tuple[str, ...], roll: bool, steering: bool) -> dict[str,
     return {
         "__module__": __name__,
         "__doc__": "Lateral motion, sampled; see `lateral_motion`.",
+        "__made_by__": (lateral_motion, (unknowns, roll, steering)),
         "State": state,
         "Input": DrivenByWire if steering else Driven,
         "Output": MeasuredByWire if steering else Measured,

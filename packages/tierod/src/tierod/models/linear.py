@@ -70,7 +70,9 @@ def discretise(model: Model, method: str, steps: int = 1) -> Model:
             x = one_step(lambda at: model.derivative(at, u, p.continuous), x, p.sample_time / float(steps))
         return x
 
-    return sampled_model(model, method, transition)
+    made = sampled_model(model, method, transition)
+    made.__made_by__ = (discretise, (model, method, steps))
+    return made
 
 
 def sampled_model(model: Model, method: str, transition: Callable[[Tree, Tree, Tree], Tree]) -> Model:
@@ -79,16 +81,23 @@ def sampled_model(model: Model, method: str, transition: Callable[[Tree, Tree, T
     def output(x: Tree, u: Tree, p: Tree) -> Tree:
         return model.output(x, u, p.continuous)
 
-    fields = [("continuous", model.Parameters), ("sample_time", Annotated[float, "s"])]
     name = model.__name__
     return model_like(
         model,
         f"{name}{method.capitalize()}",
         f"{name}, sampled by {method}.",
-        Parameters=dataclasses.make_dataclass("Parameters", fields, frozen=True),
+        Parameters=sampled_parameters(model),
         transition=transition,
         output=output,
     )
+
+
+def sampled_parameters(model: Model) -> type:
+    """The class of the parameters of a sampled model: those of the continuous one, and the sampling interval [s]."""
+    fields = [("continuous", model.Parameters), ("sample_time", Annotated[float, "s"])]
+    made: Any = dataclasses.make_dataclass("Parameters", fields, frozen=True)
+    made.__made_by__ = (sampled_parameters, (model,))
+    return made  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True, eq=False)
@@ -234,7 +243,8 @@ def linear_model(state: type, inputs: type, output: type) -> Model:
 
     shapes = {"State": state, "Input": inputs, "Output": output, "Parameters": Matrices}
     functions = {"transition": staticmethod(transition), "output": staticmethod(observed)}
-    return type("LinearModel", (), {"__doc__": "Linear discrete model.", **shapes, **functions})
+    made = {"__doc__": "Linear discrete model.", "__made_by__": (linear_model, (state, inputs, output))}
+    return type("LinearModel", (), {**made, **shapes, **functions})
 
 
 def _combined(shape: type, *parts: tuple[Entries, Tree]) -> Tree:

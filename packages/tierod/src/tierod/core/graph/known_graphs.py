@@ -1,9 +1,10 @@
 """Cache of the graphs that earlier processes traced: a graph found here is neither traced nor printed again.
 
 An entry is stored beside the compiled kernels, in the same verified files. Its name is a digest of the block's
-structure, of every source file that a block may call, of the tracer and of the compiler; it holds the names and shapes
-of the graph, or the name of the kernel that was compiled from it. A block with a part that is not tierod's own has no
-entry: the digest does not cover the sources of a plug-in. It does not cover what a script changes in a running process
+structure, of every source file that a block may call, of the tracer and of the compiler; a class that is made at run
+time enters as its maker and the arguments (`__made_by__`). It holds the names and shapes of the graph, or the name of
+the kernel that was compiled from it. A block with a part that is not tierod's own has no entry: the digest does not
+cover the sources of a plug-in. It does not cover what a script changes in a running process
 either, such as a constant of a module; therefore only the command line uses entries, by the environment variable
 TIEROD_GRAPHS.
 """
@@ -20,7 +21,7 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from types import FunctionType
-from typing import Any
+from typing import Annotated, Any, get_args, get_origin
 
 from tierod.core.graph import compiler
 
@@ -89,6 +90,10 @@ def _text(part: object) -> str:
 
 
 def _address(what: Any) -> str:
+    if "__made_by__" in vars(what):
+        # A class that is made at run time is determined by the function that makes it and by the arguments.
+        maker, given = what.__made_by__
+        return f"{_address(maker)}({', '.join(map(_given, given))}) in {what.__module__}"
     package, _, rest = what.__module__.partition(".")
     found: Any = sys.modules.get(what.__module__)
     for name in what.__qualname__.split("."):
@@ -96,6 +101,21 @@ def _address(what: Any) -> str:
     if package != PACKAGE.name or rest.partition(".")[0] not in BLOCKS or found is not what:
         raise _Foreign
     return f"{what.__module__}.{what.__qualname__}"
+
+
+def _given(argument: Any) -> str:
+    """Argument from which a class is made, as text: a class, an annotation, a plain value, or a tuple of these."""
+    if argument is Any or argument is float:
+        return "Any" if argument is Any else "float"
+    if get_origin(argument) in (Annotated, tuple):
+        return f"{get_origin(argument)}[{', '.join(map(_given, get_args(argument)))}]"
+    if isinstance(argument, tuple) and type(argument) is tuple:
+        return f"({', '.join(map(_given, argument))})"
+    if argument is None or type(argument) in (str, int, bool, float):
+        return f"{type(argument).__name__} {argument!r}"
+    if isinstance(argument, type):
+        return _address(argument)
+    raise _Foreign
 
 
 @cache

@@ -121,7 +121,9 @@ def augment(model: Model, *parameters: str) -> Model:
         fields.append((name, _annotation(model.Parameters, path)))
     if len(fields) == len(base_hints):
         raise ParameterError("augment needs at least one name of a parameter to turn into a state")
-    return _make(model, parameters, named_tuple("State", fields))
+    made = _make(model, parameters, named_tuple("State", fields))
+    made.__made_by__ = (augment, (model, *parameters))
+    return made
 
 
 def _make(model: Model, parameters: tuple[str, ...], state_class: type) -> Model:

@@ -246,7 +246,7 @@ def slope(values: np.ndarray, time: np.ndarray) -> np.ndarray:
     count = min(11, len(values) - 1 + len(values) % 2)
     if count < 3:
         return np.zeros_like(values)
-    return _local_parabola(values, count)[1] / ((time[-1] - time[0]) / (len(time) - 1))
+    return np.asarray(_local_parabola(values, count)[1] / ((time[-1] - time[0]) / (len(time) - 1)))
 
 
 def _local_parabola(values: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
