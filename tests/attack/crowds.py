@@ -1,16 +1,13 @@
-"""Many processes at once on what they share: kernel cache, fault memory, baseline, vehicle file, campaign folder."""
+"""Many processes at once on what they share: kernel cache, fault memory, baseline."""
 
 from __future__ import annotations
 
 import json
 import os
 import random
-import subprocess
-import sys
 import time
 import traceback
 from collections.abc import Callable
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -20,11 +17,10 @@ from tierod.core.errors import InputError, OutputError
 from tierod.core.findings import Diagnosis, Finding, Status
 from tierod.core.graph import compiler
 from tierod.core.graph.kernel_cache import Bounds, KernelCache
-from tierod.core.recording import Aligned, Recording
+from tierod.core.recording import Aligned
 from tierod.diagnosis.fault_memory import FaultMemory
 from tierod.monitors.baseline import Baseline, keep_first, load_baseline
 from tierod.monitors.memory import MemoryFeed
-from tierod_lab.campaign.store import Store
 
 VEHICLE = "midsize-eps"
 
@@ -32,7 +28,7 @@ VEHICLE = "midsize-eps"
 def run(count: int, seed: int, folder: Path) -> dict[str, dict[str, int]]:
     """Let a crowd of processes loose on everything that is shared."""
     found = {}
-    for name, crowd in ALL.items():
+    for name, crowd in CROWDS.items():
         place = folder / name
         place.mkdir()
         found[name] = crowd(count, seed, place)
@@ -167,74 +163,6 @@ def baseline(count: int, seed: int, folder: Path) -> dict[str, int]:
     return {"processes": count, "written": len(writers), "left": left, "wrong": wrong}
 
 
-def campaign(count: int, seed: int, folder: Path) -> dict[str, int]:
-    """Each tries to hold one campaign folder; a refusal is wrong while no other process holds it."""
-    store = Store(folder / "runs")
-    store.prepare()
-
-    def work(number: int) -> dict[str, Any]:
-        chance = random.Random(f"{seed} {number}")
-        key, refused = _key(number), []
-        while True:
-            began = time.monotonic()
-            try:
-                with store.alone():
-                    entered = time.monotonic()
-                    store.keep_drive("a", key, {"number": number})
-                    store.keep_verdict("a", key, {"number": number})
-                    time.sleep(chance.uniform(0.0, 0.01))
-                    left = time.monotonic()
-                # The lock may outlast `left` by as long as this process waits for a core.
-                return {"held": (began, time.monotonic()), "inside": (entered, left), "refused": refused}
-            except OutputError:
-                refused.append((began, time.monotonic()))
-                time.sleep(chance.uniform(0.0, 0.02))
-
-    answers = at_once(count, work)
-    well = [answer for answer in answers if "held" in answer]
-    held = [answer["held"] for answer in well]
-    refused = [each for answer in well for each in answer["refused"]]
-    groundless = sum(not any(a <= end and start <= b for start, end in held) for a, b in refused)
-    kept = sum(
-        store.drive("a", _key(number)) is not None and store.verdict("a", _key(number)) is not None
-        for number in range(count)
-    )
-    inside = sorted(answer["inside"] for answer in well)
-    together = sum(second[0] < first[1] for first, second in pairwise(inside))
-    wrong = _wrong(answers) + groundless + together + (count - kept)
-    return {"processes": count, "refusals": len(refused), "wrong": wrong}
-
-
-def commands(count: int, seed: int, folder: Path) -> dict[str, int]:
-    """`tierod diagnose` as users call it, all at once on one memory and one baseline; every fourth recording twice."""
-    from tierod.io.writers import write
-    from tierod_lab.ground import drive
-
-    whole = Recording(drive(minutes=8.0, seed=seed).channels)
-    for number in range(count):
-        write(whole.slice(0.0, 400.0 + (number - 1 if number % 4 == 3 else number)), folder / f"{number}.parquet")
-    kept = ("--memory", "memory.json", "--baseline", "car.json", "--no-report")
-    running = [
-        subprocess.Popen(
-            [sys.executable, "-m", "tierod", "diagnose", f"{number}.parquet", "--vehicle", VEHICLE, *kept],
-            cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        )
-        for number in range(count)
-    ]  # fmt: skip
-    outputs = [process.communicate() for process in running]
-    judged = sum(process.returncode in (0, 1, 2) for process in running)
-    twice = sum("already contains this recording" in error for _, error in outputs)
-    writers = sum("baseline: written to car.json" in output for output, _ in outputs)
-    expected = count - count // 4
-    cycles = FaultMemory.opened(folder / "memory.json", VEHICLE).cycles
-    wrong = abs(judged - expected) + abs(twice - count // 4) + abs(cycles - expected) + abs(writers - 1)
-    return {"processes": count, "counted": cycles, "refused": twice, "wrong": wrong + len(_strays(folder))}
-
-
-def _key(number: int) -> str:
-    return f"{number:012x}".ljust(64, "0")
-
-
 def _strays(folder: Path) -> list[str]:
     return [path.name for path in folder.rglob(".*") if path.name != ".lock"]
 
@@ -243,9 +171,5 @@ CROWDS: dict[str, Callable[[int, int, Path], dict[str, int]]] = {
     "kernel cache": kernels,
     "fault memory": memory,
     "baseline": baseline,
-    "campaign": campaign,
 }
 """By what they share."""
-
-ALL = {**CROWDS, "command": commands}
-"""With the one that takes a minute."""

@@ -26,103 +26,62 @@ FITTING = "{fitting}"
 
 Command = tuple[str, ...]
 
-_INSPECT: Command = ("inspect", FILE)
-_JUDGE: Command = ("diagnose", FILE, "--vehicle", "midsize-eps", "--no-report", "--json")
-
 
 @dataclass(frozen=True)
 class Target:
-    """Something that opens a file."""
+    """Something that opens a file: its name, the family of its format, and commands with their weights."""
 
     name: str
     family: str
     commands: tuple[tuple[int, Command], ...]
 
 
-_READER = ((5, _INSPECT), (2, (*_INSPECT, "--all", "--json")), (3, _JUDGE))
+_READER = (
+    "5 inspect {file}", "2 inspect {file} --all --json",
+    "3 diagnose {file} --vehicle midsize-eps --no-report --json",
+)  # fmt: skip
 _BUS = (
-    (5, (*_INSPECT, "--vehicle", "rav4")),
-    (2, (*_INSPECT, "--dbc", "rav4", "--all", "--json")),
-    (1, _INSPECT),
-    (2, ("diagnose", FILE, "--vehicle", "rav4", "--no-report", "--json")),
-)
+    "5 inspect {file} --vehicle rav4", "2 inspect {file} --dbc rav4 --all --json", "1 inspect {file}",
+    "2 diagnose {file} --vehicle rav4 --no-report --json",
+)  # fmt: skip
+_OPENED: tuple[tuple[str, str, Sequence[str]], ...] = (
+    ("csv", "text", _READER),
+    ("packed-csv", "gzip", (*_READER, "3 inspect {file} --dbc rav4")),
+    ("parquet", "parquet", _READER),
+    ("mf4", "mdf", _READER),
+    ("mf4-bus", "mdf", _BUS),
+    ("mat", "mat", _READER),
+    *((name, "process", _READER) for name in ("hdf5", "arrow", "mcap", "ros1", "ros2")),
+    ("candump", "can-text", _BUS),
+    ("asc", "can-text", _BUS),
+    ("blf", "blf", _BUS),
+    ("trc", "can-text", _BUS),
+    ("vehicle", "toml", (
+        "4 vehicles {file}", "2 vehicles {file} --json", "1 vehicles {file} --toml",
+        "3 diagnose {drive} --vehicle {file} --no-report --json",
+    )),
+    ("channel-map", "toml", (
+        "6 inspect {fitting} --dbc rav4 --map {file}",
+        "1 diagnose {fitting} --vehicle rav4 --map {file} --no-report --json",
+    )),
+    ("scenario", "toml", (
+        "4 scenarios {file}", "2 scenarios {file} --json", "1 scenarios {file} --toml",
+        "2 simulate {file} --seconds 0.5 --output drive.csv",
+    )),
+    ("campaign", "toml", ("3 campaign {file} --dry-run", "1 campaign {file} --dry-run --json")),
+    ("fault", "toml", ("3 faults {file}", "1 faults {file} --json", "1 faults {file} --toml")),
+    ("baseline", "json", ("1 diagnose {drive} --vehicle midsize-eps --baseline {file} --no-report --json",)),
+    ("fault-memory", "json", (
+        "3 faults read {file}", "2 faults read {file} --json", "1 faults read {file} --uds 1902FF",
+        "1 faults read {file} --uds 1906FFFFFF10", "2 faults snapshot {file} {code}", "1 faults clear {file}",
+        "1 diagnose {drive} --vehicle midsize-eps --memory {file} --no-report --json",
+    )),
+    ("dbc", "dbc", ("3 inspect {fitting} --dbc {file}", "1 inspect {fitting} --dbc {file} --all --json")),
+)  # fmt: skip
 
-TARGETS: dict[str, Target] = {
-    each.name: each
-    for each in (
-        Target("csv", "text", _READER),
-        Target("packed-csv", "gzip", (*_READER, (3, (*_INSPECT, "--dbc", "rav4")))),
-        Target("parquet", "parquet", _READER),
-        Target("mf4", "mdf", _READER),
-        Target("mf4-bus", "mdf", _BUS),
-        Target("mat", "mat", _READER),
-        Target("hdf5", "process", _READER),
-        Target("arrow", "process", _READER),
-        Target("mcap", "process", _READER),
-        Target("ros1", "process", _READER),
-        Target("ros2", "process", _READER),
-        Target("candump", "can-text", _BUS),
-        Target("asc", "can-text", _BUS),
-        Target("blf", "blf", _BUS),
-        Target("trc", "can-text", _BUS),
-        Target(
-            "vehicle",
-            "toml",
-            (
-                (4, ("vehicles", FILE)),
-                (2, ("vehicles", FILE, "--json")),
-                (1, ("vehicles", FILE, "--toml")),
-                (3, ("diagnose", BESIDE, "--vehicle", FILE, "--no-report", "--json")),
-            ),
-        ),
-        Target(
-            "channel-map",
-            "toml",
-            (
-                (6, ("inspect", FITTING, "--dbc", "rav4", "--map", FILE)),
-                (1, ("diagnose", FITTING, "--vehicle", "rav4", "--map", FILE, "--no-report", "--json")),
-            ),
-        ),
-        Target(
-            "scenario",
-            "toml",
-            (
-                (4, ("scenarios", FILE)),
-                (2, ("scenarios", FILE, "--json")),
-                (1, ("scenarios", FILE, "--toml")),
-                (2, ("simulate", FILE, "--seconds", "0.5", "--output", "drive.csv")),
-            ),
-        ),
-        Target(
-            "campaign", "toml", ((3, ("campaign", FILE, "--dry-run")), (1, ("campaign", FILE, "--dry-run", "--json")))
-        ),
-        Target(
-            "fault", "toml", ((3, ("faults", FILE)), (1, ("faults", FILE, "--json")), (1, ("faults", FILE, "--toml")))
-        ),
-        Target(
-            "baseline",
-            "json",
-            ((1, ("diagnose", BESIDE, "--vehicle", "midsize-eps", "--baseline", FILE, "--no-report", "--json")),),
-        ),
-        Target(
-            "fault-memory",
-            "json",
-            (
-                (3, ("faults", "read", FILE)),
-                (2, ("faults", "read", FILE, "--json")),
-                (1, ("faults", "read", FILE, "--uds", "1902FF")),
-                (1, ("faults", "read", FILE, "--uds", "1906FFFFFF10")),
-                (2, ("faults", "snapshot", FILE, "{code}")),
-                (1, ("faults", "clear", FILE)),
-                (1, ("diagnose", BESIDE, "--vehicle", "midsize-eps", "--memory", FILE, "--no-report", "--json")),
-            ),
-        ),
-        Target(
-            "dbc",
-            "dbc",
-            ((3, ("inspect", FITTING, "--dbc", FILE)), (1, ("inspect", FITTING, "--dbc", FILE, "--all", "--json"))),
-        ),
-    )
+TARGETS = {
+    name: Target(name, family, tuple((int(weight), tuple(words)) for weight, *words in map(str.split, commands)))
+    for name, family, commands in _OPENED
 }
 
 READERS = tuple(TARGETS)[:15]

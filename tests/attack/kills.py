@@ -37,30 +37,19 @@ if __name__ == "__main__":
 """A run that dies where any file that it writes, in memory or on the disk, reaches a size."""
 
 
-def run(
-    count: int, seed: int, folder: Path, names: Sequence[str] = (), cache: Path | None = None
-) -> dict[str, dict[str, int]]:
-    """Kill commands that write."""
-    chosen = [each for each in COMMANDS if not names or each.name in names]
-    kernels = Kernels(cache or folder / "cache", cache is None)
-    places = {each.name: _prepared(each, folder / each.name.replace(" ", "-"), kernels) for each in chosen}
-    found = {each.name: dict.fromkeys(FIGURES, 0) for each in chosen}
+def run(count: int, seed: int, folder: Path) -> dict[str, dict[str, int]]:
+    """For each command what happened how often; all is well where broken, lost, hindered and strays are 0."""
+    places = [_prepared(each, folder / each.name.replace(" ", "-"), folder / "cache") for each in COMMANDS]
+    found = {each.name: dict.fromkeys(FIGURES, 0) for each in COMMANDS}
     for number in range(count):
-        command = chosen[number % len(chosen)]
-        for figure, value in _killed(command, places[command.name], random.Random(f"{seed} {number}")).items():
-            found[command.name][figure] += value
+        which = number % len(COMMANDS)
+        kill = _killed(COMMANDS[which], places[which], random.Random(f"{seed} {number}"))
+        for figure, value in kill.items():
+            found[COMMANDS[which].name][figure] += value
     return found
 
 
 FIGURES = ("runs", "killed", "while writing", "broken", "lost", "hindered", "strays")
-
-
-@dataclass(frozen=True)
-class Kernels:
-    """Where compiled kernels are."""
-
-    folder: Path
-    ours: bool
 
 
 @dataclass(frozen=True)
@@ -70,10 +59,10 @@ class Place:
     folder: Path
     seconds: float
     code: int
-    kernels: Kernels
+    kernels: Path
 
 
-def _prepared(command: Command, folder: Path, kernels: Kernels) -> Place:
+def _prepared(command: Command, folder: Path, kernels: Path) -> Place:
     """Inputs, what lies there before, and how long the command takes once its kernels are compiled."""
     for name in ("inputs", "before", "work"):
         (folder / name).mkdir(parents=True)
@@ -81,7 +70,7 @@ def _prepared(command: Command, folder: Path, kernels: Kernels) -> Place:
     for arguments in command.before:
         assert _run(arguments, folder / "before", kernels) in (0, 1)
     seconds, code = SLOWEST, 0
-    for _ in range(2 if kernels.ours else 1):
+    for _ in range(2):
         _fresh(folder)
         began = time.monotonic()
         code = _run(command.arguments, folder / "work", kernels)
@@ -101,8 +90,8 @@ def _killed(command: Command, place: Place, chance: random.Random) -> Counter[st
     work, figures = place.folder / "work", Counter(runs=1)
     if not command.resumes or (work / "runs" / "report.html").exists():
         _fresh(place.folder)
-    if place.kernels.ours and chance.random() < 0.2:
-        shutil.rmtree(place.kernels.folder, ignore_errors=True)  # killed while it compiles
+    if chance.random() < 0.2:
+        shutil.rmtree(place.kernels, ignore_errors=True)  # killed while it compiles
     before = _contents(work)
     figures["killed"] += _is_killed(command, place, chance)
     after = _contents(work)
@@ -154,18 +143,18 @@ def _is_hindered(command: Command, place: Place) -> bool:
     return code != place.code or any(_is_broken(work / name) for name in _contents(work))
 
 
-def _started(arguments: Sequence[str], work: Path, kernels: Kernels, last_byte: int = 0) -> subprocess.Popen:
+def _started(arguments: Sequence[str], work: Path, kernels: Path, last_byte: int = 0) -> subprocess.Popen:
     return subprocess.Popen(
         [sys.executable, "-c", LAUNCH, str(last_byte), *arguments],
         cwd=work,
-        env={**os.environ, "TIEROD_CACHE": str(kernels.folder), "PYTHONWARNINGS": "default"},
+        env={**os.environ, "TIEROD_CACHE": str(kernels), "PYTHONWARNINGS": "default"},
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
         start_new_session=True,  # its workers are killed with it
     )
 
 
-def _run(arguments: Sequence[str], work: Path, kernels: Kernels) -> int:
+def _run(arguments: Sequence[str], work: Path, kernels: Path) -> int:
     return _started(arguments, work, kernels).wait(SLOWEST)
 
 

@@ -109,17 +109,6 @@ def test_a_dry_run_shows_matrix_and_cost_and_writes_nothing(place, capsys):
     assert content["bytes"] > 1e5
 
 
-def test_a_folder_without_verdicts_of_this_campaign_is_not_summed_up(ran, capsys):
-    before = (ran / "runs" / "cells.parquet").read_bytes()
-    Path("c.toml").write_text(FILE.replace("[1, 2]", "[5, 6]"))
-    assert campaign("c.toml", "-o", "runs", "--summary-only") == 3
-    assert "holds no verdict of this campaign" in capsys.readouterr().err
-    assert (ran / "runs" / "cells.parquet").read_bytes() == before
-    Path("c.toml").write_text(FILE.replace("[1, 2]", "[1, 2, 3]"))
-    assert campaign("c.toml", "-o", "runs", "--summary-only") == 0
-    assert "2 drives of 6 failed" in capsys.readouterr().out
-
-
 def test_two_campaigns_are_compared(ran, capsys):
     Path("other.toml").write_text(FILE.replace('monitor = "friction"', 'monitor = "friction"\nvariant = "refined"'))
     assert campaign("other.toml", "-o", "others", "--workers", 1) == 0

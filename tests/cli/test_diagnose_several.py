@@ -67,24 +67,6 @@ def test_a_car_that_names_no_monitor_is_judged_by_every_one_that_can_run(capsys)
     assert one["diagnoses"]["friction"]["findings"][0]["monitor"].startswith("friction")
 
 
-def test_what_a_reader_must_know_stands_below_the_table_once(folder, monkeypatch, capsys):
-    stuck, spread = "yaw_rate is stuck", "a fault of both wheels of an axle at once cannot be detected"
-    usual = run(folder / "a.parquet", "midsize-eps", "friction")
-
-    def knowing(*warnings: str):
-        return dataclasses.replace(usual, findings=(dataclasses.replace(usual.findings[0], warnings=warnings),))
-
-    diagnoses = {"friction": knowing(stuck), "sideslip": knowing(stuck, spread), "hysteresis": knowing()}
-    found = Judged(folder / "a.parquet", "car", diagnoses)
-    _, known = several.tables([found], narrow=True)
-    assert known.rows == (("a.parquet", "friction, sideslip", stuck), ("a.parquet", "sideslip", spread))
-    monkeypatch.setattr("tierod.monitors.diagnose.judge", lambda *_, **__: found)
-    main(["diagnose", "a.parquet", "--vehicle", "car.toml", "--no-report"])
-    printed = capsys.readouterr().out
-    assert printed.count(stuck) == 1
-    assert printed.index("To know") > printed.index("hysteresis")
-
-
 def test_a_stretch_is_judged_alone(capsys):
     stretch = ["--from", "30", "--to", "90"]
     main(["diagnose", "a.parquet", "--vehicle", "midsize-eps", "--no-report", "--json", *stretch])

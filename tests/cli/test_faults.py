@@ -162,14 +162,3 @@ def test_the_course_of_a_verdict_becomes_results_and_the_verdict_the_last_one(tm
     frame = memory.entries["friction-fault"].first
     assert frame.instant == pytest.approx(50.0)
     assert frame.at_instant() == {"vehicle_speed": pytest.approx(50.0)}
-
-
-def test_a_code_with_a_course_of_its_own_ends_as_that_course_does(tmp_path):
-    feed = MemoryFeed(tmp_path / "memory.json", "midsize-eps", "friction")
-    time = np.arange(600) / 10.0
-    feed.add(Aligned(time, time[:, None], ("vehicle_speed",)), 10.0)
-    own = [StatusChange(0.0, Status.HEALTHY), StatusChange(20.0, Status.FAULT), StatusChange(59.85, Status.HEALTHY)]
-    diagnosis = Diagnosis((Finding("friction", Status.FAULT, ""),), created="2026-01-01")
-    _, results, _ = feed.collected(diagnosis, [], {"friction-fault": own})
-    assert results["friction-fault"][[100, 300, -2, -1]].tolist() == [-1.0, 1.0, 1.0, -1.0]
-    assert not results["friction-rising"].any()

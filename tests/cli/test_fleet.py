@@ -42,30 +42,6 @@ def test_a_folder_is_judged_and_shown(drives, capsys):
     assert len(findings_of(drives / "results")) == 2
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["drives", "-o", "r"], "give either --vehicles with a fleet file, or --vehicle"),
-        (["drives", "--vehicle", "midsize-eps"], "--output is missing"),
-        (["drives", "--vehicle", "midsize-esp", "-o", "r"], "midsize-eps"),
-        (["absent", "--vehicle", "midsize-eps", "-o", "r"], "no recording matches absent"),
-        (["drives", "--vehicle", "midsize-eps", "-o", "r", "--monitor", "frction"], "did you mean 'friction'"),
-        (["drives", "--vehicle", "midsize-eps", "-o", "r", "--monitor", "hysteresis"], "no default variant"),
-        (["drives", "--vehicles", "absent.toml", "-o", "r"], "absent.toml cannot be read"),
-        (["drives", "--vehicle", "midsize-eps", "-o", "r", "--scheduler", "tcp://127.0.0.1:1"], "does not answer"),
-        (["drives", "--vehicle", "midsize-eps", "-o", "/proc/results"], "cannot be written"),
-        (["report"], "takes one results folder"),
-    ],
-)
-def test_a_slip_is_one_sentence(drives, capsys, monkeypatch, arguments, words):
-    monkeypatch.chdir(drives)
-    monkeypatch.setattr("tierod.work.cluster.PATIENCE", 0.1)
-    assert fleet(*arguments) == 3
-    errors = capsys.readouterr().err
-    assert words in errors
-    assert "Traceback" not in errors
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])
 def test_a_run_that_is_stopped_goes_on_where_it_was(tmp_path, how):

@@ -139,15 +139,6 @@ def test_a_motor_is_written_to_vehicle_file_page_and_json(motor_folder, capsys):
     assert "motor_friction_stiffness" in Page(text).texts
 
 
-def test_shows_a_table_and_what_is_to_know(motor_folder, capsys):
-    assert identify_motor(motor_folder, "--free", "motor_inertia,motor_friction") == 0
-    out = capsys.readouterr().out
-    assert "Parameters before and after" in out
-    assert "motor_inertia" in out
-    assert "motor_resistance  " not in out
-    assert "To know: no load_torque was recorded" in out
-
-
 NAMES = (
     "motor_current_alpha",
     "motor_current_beta",

@@ -2,22 +2,18 @@
 
 import json
 import re
-import struct
 import tomllib
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from report_pages import Page
 from tierod.cli import main
-from tierod.core.errors import InputError
 from tierod.core.recording import Recording
 from tierod.io.writers import write
 from tierod.monitors.condition.definition import CONDITION
 from tierod.monitors.condition.limits import limits_of
-from tierod.report.identification.vehicle import VEHICLE
 from tierod.vehicles import load
 from tierod.vehicles.vehicle import SHIPPED
 from tierod_lab.ground.courses.roads import City, Country
@@ -87,60 +83,6 @@ def test_a_contradiction_leaves_the_file_as_it_was(folder, capsys):
     assert identify(folder, "--vehicle", str(folder / "wrong.toml"), "-o", str(target), "--free", "steering_ratio") == 2
     assert "steering_ratio is 0.045 ± 0.0005 before" in capsys.readouterr().err
     assert not target.exists()
-
-
-DBC = """VERSION ""
-NS_ :
-BS_:
-BU_: CAR
-BO_ 36 MOTION: 8 CAR
- SG_ YawRate : 0|16@1- (0.01,0) [0|0] "deg/s" CAR
- SG_ Speed : 16|16@1- (0.01,0) [0|0] "km/h" CAR
-"""
-MAP = """[signals.yaw_rate]
-source = "MOTION.YawRate"
-[signals.vehicle_speed]
-source = "MOTION.Speed"
-"""
-
-
-@pytest.fixture
-def bus(tmp_path, monkeypatch):
-    """A CAN log of a minute, its database, and a vehicle file that names that and a channel map."""
-    monkeypatch.chdir(tmp_path)
-    frames = (struct.pack("<hhi", k % 100, 3600, 0).hex().upper() for k in range(600))
-    lines = [f"({0.1 * k + 1e9:.6f}) can0 024#{frame}\n" for k, frame in enumerate(frames)]
-    for name, text in (("can.log", "".join(lines)), ("car.dbc", DBC), ("car.channels.toml", MAP)):
-        Path(name).write_text(text, encoding="utf-8")
-    named = '[channels]\nmap = "car.channels.toml"\ndbc = "car.dbc"\n'
-    Path("car.toml").write_text(f"{guessed()}\n{named}", encoding="utf-8")
-    return tmp_path
-
-
-@pytest.fixture
-def looked_at(monkeypatch):
-    """Recordings that an identification would look at."""
-    seen = {}
-
-    def refuse(car, recordings, *_):
-        seen.update(recordings)
-        raise InputError("seen")
-
-    monkeypatch.setattr("tierod.report.identification.subject_of", lambda name: VEHICLE._replace(identify=refuse))
-    return seen
-
-
-def test_recordings_are_read_as_a_diagnosis_reads_them(bus, looked_at, capsys):
-    assert main(["identify", "vehicle", "can.log", "--vehicle", "car.toml"]) == 3
-    assert "seen" in capsys.readouterr().err
-    speed = looked_at["can.log"]["vehicle_speed"]
-    assert speed.values == pytest.approx(10.0)
-    assert len(speed.values) == 600
-    # Another vehicle names neither database nor map.
-    other = ["--vehicle", "midsize-eps", "--dbc", "car.dbc", "--map", "car.channels.toml"]
-    assert main(["identify", "vehicle", "can.log", *other, "--from", "10", "--to", "20"]) == 3
-    first, last = looked_at["can.log"].span
-    assert 10.0 <= first <= last <= 20.0
 
 
 DEMONSTRATOR = (SHIPPED / "smartload.toml").read_text(encoding="utf-8")

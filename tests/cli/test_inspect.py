@@ -48,16 +48,6 @@ def test_says_which_monitor_can_run(whole, capsys):
     assert all("motor_current_alpha" in each["obstacle"] for each in lacking["variants"])
 
 
-def test_lists_channels_without_a_name_only_where_asked(tmp_path, capsys):
-    names = ("yaw_rate", *(f"x{index}" for index in range(60)))
-    path = tmp_path / "drive.parquet"
-    write(recording(names), path)
-    main(["inspect", str(path)])
-    assert "... and 20 channels without a known name" in capsys.readouterr().out
-    main(["inspect", str(path), "--all"])
-    assert "x59" in capsys.readouterr().out
-
-
 def test_a_can_log_with_the_vehicle_that_knows_its_bus(capsys):
     assert main(["inspect", str(shared_data("rav4_highway_minute", "can.log")), "--vehicle", "rav4"]) == 0
     printed = capsys.readouterr().out
@@ -151,20 +141,6 @@ def test_shows_signals_variants_and_sources(name, capsys):
     monitor = MONITORS[name]
     for text in (monitor.title, monitor.summary, *monitor.required, *monitor.variants):
         assert text in printed
-
-
-def test_shows_the_decisions_with_their_false_alarms(capsys):
-    assert main(["monitors", "friction", "--json"]) == 0
-    variants = json.loads(capsys.readouterr().out)["monitors"][0]["variants"]
-    (rising,) = (each for each in variants[0]["decisions"] if each["name"] == "rising, baseline")
-    assert rising["mean_between_false_alarms"] == 65.0
-    assert rising["unit"] == "h"
-    assert rising["demonstrated"]["alarms"] == 0
-    assert rising["demonstrated"]["fewer_per_unit_95"] == pytest.approx(
-        3.0 / rising["demonstrated"]["observed"], rel=0.01
-    )
-    main(["monitors", "friction"])
-    assert "Decisions of the variant pre-sliding" in capsys.readouterr().out
 
 
 def test_says_which_parameters_and_signals_a_vehicle_lacks(tmp_path, monkeypatch, capsys):

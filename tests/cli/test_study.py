@@ -62,19 +62,6 @@ def test_a_quick_run_says_so(studies, tmp_path):
     assert [claim["goal"] for claim in claims if "quick run" in claim["note"]] == ["<= 0.3", None, "<= 0.01"]
 
 
-def test_a_thorough_run_asks_for_more_and_its_page_says_how(studies, tmp_path):
-    asked = []
-
-    def kept(effort, progress):
-        asked.append(effort.thorough)
-        yield from whole(effort, progress)
-
-    studies(one=kept)
-    assert main(["study", "one", "--thorough", "-o", str(tmp_path)]) == 0
-    assert asked == [True]
-    assert "tierod study one --thorough" in (tmp_path / "report.html").read_text(encoding="utf-8")
-
-
 @pytest.mark.parametrize("error", [RuntimeError("it broke"), KeyboardInterrupt()])
 def test_a_study_that_stops_leaves_nothing_half(studies, tmp_path, error):
     def broken(effort, progress):

@@ -1,4 +1,3 @@
-import io
 import json
 import math
 import os
@@ -11,7 +10,7 @@ import pytest
 
 from tierod.cli import terminal
 from tierod.cli.app import run
-from tierod.cli.terminal import console, print_json, progress
+from tierod.cli.terminal import print_json, progress
 
 
 def test_numbers_that_json_cannot_hold_become_null(capsys):
@@ -58,23 +57,6 @@ def evil_drive(tmp_path):
     folder.mkdir()
     pq.write_table(pa.table(list(columns.values()), schema=pa.schema(fields)), folder / "evil_drive.parquet")
     return folder / "evil_drive.parquet"
-
-
-def test_a_console_steers_its_terminal_and_texts_do_not(monkeypatch):
-    from rich.table import Table
-    from rich.text import Text
-
-    monkeypatch.setattr(sys, "stdout", io.StringIO())
-    shown = console(stderr=False, width=200)
-    shown._force_terminal, shown._color_system = True, shown._detect_color_system() or None
-    table = Table(title=Text(EVIL))
-    table.add_column(Text(EVIL))
-    table.add_row(Text(EVIL, style="bold"))
-    shown.print(table)
-    shown.print(EVIL, markup=False)
-    text = re.sub(r"\x1b\[[0-9;]*m", "", sys.stdout.getvalue()) if shown._color_system else sys.stdout.getvalue()
-    assert "evil" in text
-    assert not STEERING.search(text)
 
 
 @pytest.mark.parametrize("arguments", [["inspect", "--all"], ["inspect", "--all", "--json"], ["diagnose"]])

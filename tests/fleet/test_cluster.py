@@ -10,7 +10,6 @@ import time
 
 import pytest
 
-from experiments.toy_scenario import ToyScenario, plan
 from experiments.worker_tasks import do, environment
 from fleet.drives import DAY, NOVEMBER, judged, written
 from tierod.core.errors import ParameterError
@@ -18,8 +17,6 @@ from tierod.fleet.results import findings_of, ledger_of
 from tierod.work import cluster
 from tierod.work.cluster import Cluster, workers_of
 from tierod.work.pool import Executor, Failure
-from tierod_lab.campaign.running import run as run_campaign
-from tierod_lab.campaign.store import Store
 
 pytest.importorskip("distributed", reason="distributed is not installed")
 
@@ -97,30 +94,6 @@ def test_a_cluster_of_another_tierod_is_one_sentence(processes, monkeypatch):
         Cluster(processes.address).__enter__()
 
 
-WITHOUT_TIEROD = """
-import sys
-class No:
-    def find_spec(self, name, *_):
-        if name.split('.')[0] == 'tierod':
-            raise ModuleNotFoundError("No module named 'tierod'", name='tierod')
-sys.meta_path.insert(0, No())
-"""
-
-
-def test_a_cluster_without_tierod_is_one_sentence(tmp_path):
-    bare = Processes(tmp_path, path=tmp_path / "nothing")
-    hide = tmp_path / "nothing"
-    hide.mkdir()
-    # The environment of the tests has tierod installed; a finder that refuses it stands for one that has not.
-    (hide / "sitecustomize.py").write_text(WITHOUT_TIEROD)
-    try:
-        bare.start_worker()
-        with pytest.raises(ParameterError, match="there is no tierod on the Dask worker"):
-            Cluster(bare.address).__enter__()
-    finally:
-        bare.end()
-
-
 def test_a_scheduler_that_does_not_answer_or_has_no_workers_is_one_sentence(tmp_path, monkeypatch):
     monkeypatch.setattr(cluster, "PATIENCE", 0.2)
     with pytest.raises(ParameterError, match=r"the Dask scheduler tcp://127.0.0.1:1 does not answer"):
@@ -185,34 +158,15 @@ def killed_at_random(folder, drives, kills, seed):
         made.end()
 
 
-def kill_study(tmp_path, drives, kills, seed):
-    for number in range(drives):
+@pytest.mark.slow
+def test_sixty_kills_of_worker_scheduler_and_client_cost_and_double_no_result(tmp_path):
+    for number in range(100):
         written(tmp_path / f"drives/{number}.parquet", seed=1 + number % 5, start=NOVEMBER + number * DAY)
-    killed_at_random(tmp_path, tmp_path / "drives", kills, seed)
+    killed_at_random(tmp_path, tmp_path / "drives", kills=60, seed=11)
     judged(tmp_path / "drives", tmp_path / "undisturbed")
     found, undisturbed = findings_of(tmp_path / "results"), findings_of(tmp_path / "undisturbed")
-    assert len(found) == drives
+    assert len(found) == 100
     assert found.equals(undisturbed)
-    assert [row["outcome"] for row in ledger_of(tmp_path / "results").to_pylist()] == ["judged"] * drives
-    assert len(list((tmp_path / "results/parts").rglob("*.arrow"))) == drives
+    assert [row["outcome"] for row in ledger_of(tmp_path / "results").to_pylist()] == ["judged"] * 100
+    assert len(list((tmp_path / "results/parts").rglob("*.arrow"))) == 100
     assert not list((tmp_path / "results/findings").rglob(".*"))
-
-
-@pytest.mark.slow
-def test_sixty_kills_at_random_moments(tmp_path):
-    kill_study(tmp_path, drives=100, kills=60, seed=11)
-
-
-@pytest.mark.slow
-def test_a_campaign_takes_the_same_door(processes, tmp_path):
-    scenarios = [ToyScenario(seed=number) for number in range(2)]
-    kept = {}
-    for name, workers in (("here", workers_of(1)), ("there", workers_of(None, processes.address))):
-        store = Store(tmp_path / name)
-        store.prepare()
-        with store.alone():
-            run_campaign(plan(*scenarios), store, workers)
-        verdicts = sorted((tmp_path / name / "verdicts").iterdir())
-        kept[name] = {path.name: json.loads(path.read_text()) for path in verdicts}
-    assert kept["there"] == kept["here"]
-    assert len(kept["here"]) == 2

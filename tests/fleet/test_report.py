@@ -4,14 +4,11 @@ import json
 from importlib.resources import files
 
 import jsonschema
-import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
 from tierod.cli import main
-from tierod.fleet import report_words as words
-from tierod.fleet.ranking import Urgency
 from tierod.fleet.report import document, text, worked_out
 from tierod.fleet.report_page import render
 from tierod.fleet.schema import findings, ledger
@@ -132,32 +129,3 @@ def test_every_reason_stands_once_in_the_list_with_the_times_of_its_episode():
     assert {name: drive[name] for name in times} == times
     page = render(found)
     assert all(f">{each}<" in page for each in ("1 min 40 s", "1 min 44.5 s", "2 min 40 s"))
-
-
-def test_a_persistent_fault_of_a_monitor_whose_element_changes_is_a_fault():
-    judged = {"": ["fault", "fault"], "yaw_rate": ["fault", "healthy"], "steering_wheel_angle": ["healthy", "fault"]}
-    rows = [{**row, "recording_name": f"{place}.csv"} for name, statuses in judged.items()
-            for place, row in enumerate(sensor("car 7", statuses, name))]  # fmt: skip
-    (car,) = worked_out(made(rows), ledger().empty_table(), Design()).cars
-    assert (car.urgency, car.reasons[0].text[:24]) == (Urgency.FAULT, "monitor condition: fault")
-
-
-def test_alike_reasons_stand_together_though_they_name_their_recordings():
-    rows = [{"recording_name": f"{n}.mf4", "outcome": "failed", "reason": f"{n}.mf4 is empty"} for n in range(3)]
-    rows += [{"recording_name": "good.mf4", "outcome": "judged", "reason": ""}]
-    found = worked_out(findings().empty_table(), pa.Table.from_pylist(rows, schema=ledger()), Design())
-    (row,) = found.ledger
-    assert (row.count, row.reason) == (3, "is empty")
-    assert found.remarks == ("3 of 4 recordings were not judged; the page lists the reasons",)
-
-
-def test_odds_and_times_are_said_as_people_say_them():
-    assert words.odds(np.log(12.0)) == "12 to 1"
-    assert words.odds(-np.log(40.0)) == "1 to 40"
-    assert words.odds(np.log(1e18)) == "10^18 to 1"
-    assert (words.days(12.3), words.days(800.0)) == ("12 d", "2.2 a")
-    never = np.inf
-    assert words.time_left(320.0, never, never) == "more than 10 years, 320 d at the earliest"
-    assert words.time_left(30.0, 90.0, never) == "90 d (30 d to more than 10 years)"
-    assert words.time_left(30.0, 90.0, 200.0) == "90 d (30 d to 200 d)"
-    assert words.time_left(never, never, never) == "more than 10 years"

@@ -8,24 +8,18 @@ import time
 from dataclasses import replace
 
 import fsspec
-import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 import pytest
 
 from fleet.drives import DAY, FRICTION, NOVEMBER, SIGNALS, Here, judged, written
 from tierod.core.errors import InputError, OutputError
-from tierod.core.recording import Channel, Recording
 from tierod.fleet import fleet_file, levels, running
 from tierod.fleet.judging import Asked
-from tierod.fleet.likeness import Moments, alike
 from tierod.fleet.places import Place
 from tierod.fleet.results import findings_of, ledger_of
 from tierod.io.readers import read
 from tierod.io.writers import write
 from tierod.monitors.diagnose import diagnose
 from tierod.monitors.runner import Chosen
-from tierod.vehicles import load
 
 
 def reasons(results):
@@ -47,13 +41,6 @@ def test_findings_are_those_of_diagnose(tmp_path):
     assert row["duration_s"] == pytest.approx(40.0, abs=0.02)
     assert row["vehicle"] == "midsize-eps"
     assert row["recording_name"] == str(path)
-
-
-def test_the_limit_of_a_level_is_that_of_the_vehicle_file_without_the_margin_of_a_drive(tmp_path):
-    written(tmp_path / "drives/a.parquet", seconds=200.0)
-    judged(tmp_path / "drives", tmp_path / "results")
-    (row,) = findings_of(tmp_path / "results").to_pylist()
-    assert row["limit"] == load("midsize-eps")["fault_friction"]
 
 
 def test_every_recording_has_a_row_with_its_reason_and_costs_itself_alone(tmp_path):
@@ -199,21 +186,6 @@ def test_several_monitors_share_one_reading_and_say_why_one_did_not_run(tmp_path
     assert row["remarks"][0].startswith("motor-angle did not run: the monitor 'motor-angle' needs motor_current_alpha")
 
 
-def test_what_stops_most_monitors_is_said_first_and_once(tmp_path):
-    path = written(tmp_path / "drives/a.parquet")
-    table = pq.read_table(path)
-    later = np.asarray(table["time"]).astype(float)
-    later[len(later) // 2 :] += 400.0 * DAY
-    pq.write_table(table.set_column(table.column_names.index("time"), "time", pa.array(later)), path)
-    asked = Asked((Chosen("motor-angle"), Chosen("friction"), Chosen("driver-torque")), spread=False)
-    judged(path, tmp_path / "results", asked=asked)
-    (row,) = ledger_of(tmp_path / "results").to_pylist()
-    assert row["outcome"] == "skipped"
-    assert row["reason"].startswith("no monitor can judge it: friction, driver-torque: the time jumps ahead from about")
-    assert row["reason"].count("the time jumps") == 1
-    assert "; motor-angle: the monitor 'motor-angle' needs motor_current_alpha" in row["reason"]
-
-
 def test_one_drive_in_several_formats_counts_once(tmp_path):
     drives = tmp_path / "drives"
     written(drives / "a.parquet", start=0.0)
@@ -233,24 +205,6 @@ def test_one_drive_in_several_formats_counts_once(tmp_path):
         "a.parquet": "judged", "b.mf4": "skipped", "c.csv": "skipped", "other.parquet": "judged"}  # fmt: skip
     assert "a.parquet: mean and deviation of 7 signals agree; delete one" in found["b.mf4"][1]
     assert "a.parquet: mean and deviation of 7 signals agree; delete one" in found["c.csv"][1]
-
-
-def test_drives_that_resemble_each_other_count_each(tmp_path):
-    generator = np.random.default_rng(3)
-    rows = []
-    for _ in range(300):
-        piece = {name: Channel(name, np.arange(60_000) / 100.0, 3.0 + generator.normal(size=60_000), "")
-                 for name in ("yaw_rate", "driver_torque", "vehicle_speed", "motor_torque")}  # fmt: skip
-        moments = Moments()
-        moments.add(Recording(piece))
-        rows.append({"vehicle": "a", "moments": moments.moments, "duration_s": 600.0, "start": None})
-    assert not list(alike(rows))
-    assert list(alike([rows[0], rows[1], rows[0]])) == [(0, 2)]
-    fewer = {**rows[0], "moments": dict(list(rows[0]["moments"].items())[:3])}
-    assert list(alike([rows[0], rows[1], fewer])) == [(0, 2)]
-    dated = [{**rows[0], "start": start} for start in (0.0, 30.0, DAY)]
-    assert list(alike(dated)) == [(0, 1)]
-    assert not list(alike([rows[0], {**rows[0], "vehicle": "b"}]))
 
 
 @pytest.fixture
@@ -287,24 +241,3 @@ def test_recordings_and_results_lie_in_a_storage(storage, tmp_path):
     workers = Here()
     judged("memory://drives/2026/**/*.parquet", "memory://results/fleet", fleet, workers=workers)
     assert workers.tasks == []
-
-
-def test_a_storage_that_vanishes_ends_the_run_and_what_is_done_is_kept(storage, tmp_path, monkeypatch):
-    for number in (1, 2, 3):
-        written(tmp_path / f"{number}.parquet", seed=number)
-
-    def gone(*_, **__):
-        raise PermissionError(13, "Access Denied")
-
-    class Vanishing(Here):
-        def run(self, work, tasks):
-            for answer in super().run(work, tasks):
-                yield answer
-                monkeypatch.setattr(type(storage), "pipe_file", gone)
-
-    with pytest.raises(OutputError, match=r"memory://results/fleet/.* cannot be written \(Access Denied"):
-        judged(tmp_path / "*.parquet", "memory://results/fleet", workers=Vanishing())
-    monkeypatch.undo()
-    judged(tmp_path / "*.parquet", "memory://results/fleet")
-    assert len(findings_of("memory://results/fleet")) == 3
-    assert len(storage.glob("results/fleet/parts/**/*.arrow")) == 3

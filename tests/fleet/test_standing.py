@@ -210,15 +210,6 @@ def test_a_slow_ramp_and_a_single_drive_are_no_step(reported, values):
     assert quantity["levels"]["car-1"][0] == pytest.approx(usual, abs=0.15)
 
 
-def test_a_last_drive_that_is_far_off_is_no_part_of_the_level_until_another_agrees(reported):
-    drives = [LOW] * 4 + [("fault", 8.1)]
-    _, terminal, document, *_ = reported(*driven(drives))
-    trend = document["cars"][0]["reasons"][0]["trend"]
-    assert (trend["step"], trend["unconfirmed"]) == (None, 8.1)
-    assert trend["level"][0] == pytest.approx(2.6, abs=0.05)
-    assert "level 2.6 N·m before the last drive, which gave 8.1 N·m" in terminal
-
-
 def test_a_change_that_was_repaired_is_over(reported):
     drives = [LOW] * 12 + [HIGH] * 6
     _, _, document, *_ = reported(*driven(drives, apart=3.0), *driven([*drives, *[LOW] * 4], "car-2", apart=3.0))
@@ -256,17 +247,6 @@ def test_no_time_is_left_at_the_limit_and_none_is_computed_across_a_step(reporte
     left = document["cars"][0]["reasons"][0]["trend"]["days_to_limit"]
     assert left[1] == (0.0 if says == "limit reached" else None)
     assert (left == [None] * 3) is (says == "too few drives")
-
-
-def test_what_a_drive_reached_is_no_level_of_the_car(reported):
-    swings = [("estimated", -0.12), ("estimated", 0.12), ("inconsistent", -0.12), ("consistent", 0.12)]
-    of_drive = driven(swings, monitor="sideslip", deviation=0.008, nominal=None, limit=None, unit="rad",
-                      quantity="largest sideslip angle at the centre of gravity")  # fmt: skip
-    _, _, document, *_ = reported(*driven([LOW] * 4), *of_drive)
-    assert [each["monitor"] for each in document["quantities"]] == ["friction"]
-    (reason,) = document["cars"][0]["reasons"]
-    assert reason["trend"] is None
-    assert "level " not in reason["text"]
 
 
 @pytest.mark.parametrize("first", [3, 6])

@@ -1,7 +1,5 @@
 """Trends, cohorts and priors over the findings of a small virtual fleet at estimate level."""
 
-import dataclasses
-import datetime as dt
 import json
 
 import numpy as np
@@ -15,10 +13,9 @@ from tierod.fleet.series import series_of
 from tierod.fleet.statistics import expected_of, write_prior
 from tierod.fleet.trends import Design, trends
 from tierod.vehicles import load
-from tierod_lab.fleet.estimates import error_law, estimates, findings_table
+from tierod_lab.fleet.estimates import estimates, findings_table
 from tierod_lab.fleet.virtual import (
     SECONDS_PER_DAY,
-    YEAR,
     Ageing,
     FleetFile,
     Group,
@@ -115,29 +112,6 @@ def test_a_new_car_starts_from_its_cohort(found, tmp_path):
     assert load(path)["mass"] == load("midsize-eps")["mass"]
 
 
-def test_an_unknown_cohort_or_quantity_is_refused(found, tmp_path):
-    with pytest.raises(ParameterError, match="no car of the fleet has rack batch 'none'; known are odd, others"):
-        expected_of(found.cohorts.cohorts, found.series, {"rack batch": "none"})
-    expected = expected_of(found.cohorts.cohorts, found.series, {})
-    other = dataclasses.replace(found.series, watched=found.series.watched._replace(quantity="lash"))
-    with pytest.raises(ParameterError, match="no parameter of a vehicle file"):
-        write_prior(tmp_path / "car.toml", other, expected)
-
-
-def test_undated_and_future_drives_are_left_out_and_named(fleet):
-    table = fleet[1].slice(0, 80)
-    start = table["start"].to_pylist()
-    start[3], start[5] = None, dt.datetime(2099, 1, 1, tzinfo=dt.UTC)
-    changed = table.set_column(
-        table.schema.get_field_index("start"), "start", pa.array(start, pa.timestamp("us", "UTC"))
-    )
-    (one, *_), remarks = series_of(changed, 30_000.0)
-    assert one.drives.present.sum() == 78
-    assert [remark.partition(" ")[0] for remark in remarks] == ["1", "1"]
-    assert "no date" in remarks[0]
-    assert "future" in remarks[1]
-
-
 @pytest.mark.parametrize("cars", [1, 2, 5])
 def test_few_cars_with_few_drives_give_remarks_and_no_alarm(fleet, cars):
     table = fleet[1].slice(0, 40 * cars).filter(pa.array([row % 40 < 4 for row in range(40 * cars)]))
@@ -185,35 +159,6 @@ def test_a_file_becomes_cars(fleet_path):
     assert not describes_fleet("mixed-drive-healthy")
 
 
-def test_cars_have_the_frictions_that_the_file_gives():
-    file = FleetFile("many", 4000, "2025-01-06", groups=(Group("batch", "odd", 0.25, 1.0),), per_metre=0.0)
-    cars = drawn(file)
-    odd = np.array(cars.labels["batch"]) == "odd"
-    assert odd.sum() == 1000
-    warm = cars.temperature - 288.15
-    own = cars.friction - file.per_kelvin * warm
-    assert np.ptp(own, axis=1).max() < 1e-9
-    assert own[odd, 0].mean() - own[~odd, 0].mean() == pytest.approx(1.0, abs=0.03)
-    assert own[~odd, 0].std() == pytest.approx(0.2, rel=0.05)
-    of_year = cars.day[0] % YEAR
-    assert cars.temperature[:, np.argmin(abs(of_year - 200.0))].mean() == pytest.approx(283.15 + 9.0, abs=0.5)
-    assert cars.winter[0][of_year < 80.0].all()
-    assert not cars.winter[0][(of_year > 100.0) & (of_year < 300.0)].any()
-
-
-def test_the_law_of_errors_is_found_again_in_drawn_estimates():
-    file = FleetFile("law", 600, "2025-10-06", weeks=60, friction_deviation=0.5, wrong_share=0.0)
-    law, cars = dataclasses.replace(shipped_law(), winter=0.05, winter_deviation=0.03), drawn(file)
-    value, stated = estimates(cars, law, (3, 3))
-    number = np.repeat(np.arange(600), cars.day.shape[1])
-    found = error_law(number, cars.winter.ravel(), cars.friction.ravel(), value.ravel(), stated.ravel())
-    assert found.drive_deviation == pytest.approx(law.drive_deviation, rel=0.02)
-    assert found.stated == pytest.approx(law.stated, rel=0.01)
-    assert found.winter == pytest.approx(0.05, abs=0.01)
-    assert found.winter_deviation == pytest.approx(0.03, rel=0.15)
-    assert found.offset == pytest.approx(law.offset, abs=0.1)
-
-
 def test_the_fleet_file_names_every_car_and_recording(fleet_path, tmp_path):
     import re
     import tomllib
@@ -241,14 +186,6 @@ def test_simulate_drives_a_fleet_and_goes_on_where_it_was(fleet_path, tmp_path, 
     assert main(["simulate", str(fleet_path), "-o", str(folder), "--workers", "1"]) == 0
     assert [each.stat().st_mtime_ns for each in recordings[1:]] == before[1:]
     assert recordings[0].is_file()
-
-
-def test_simulate_draws_estimates_that_the_report_reads(fleet_path, tmp_path, capsys):
-    assert main(["simulate", str(fleet_path), "-o", str(tmp_path / "r"), "--estimates"]) == 0
-    assert "estimate level" in capsys.readouterr().out
-    from tierod.fleet.results import findings_of
-
-    assert len(findings_of(tmp_path / "r")) == 4
 
 
 @pytest.mark.parametrize(

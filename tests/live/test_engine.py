@@ -124,21 +124,6 @@ def test_a_monitor_that_measures_its_first_minute_waits_for_it(tmp_path):
             assert live.mean.tolist() == pytest.approx(offline.traces[name].mean.tolist(), nan_ok=True, rel=1e-12)
 
 
-def test_signals_are_not_missing_where_a_piece_takes_long_to_judge(tmp_path):
-    frames = frames_of_drive(tmp_path, 10.0)
-    engine = Engine(messages(tmp_path), None, ("friction",), Plan(CAR), lambda kind, each: None)
-    piece = None
-    for begin in range(0, len(frames), 50):
-        part = frames[begin : begin + 50]
-        engine.take(part, part[-1].time, part[-1].time)
-        if piece is None and engine.due:
-            piece = engine.cut()
-    engine.work(piece)  # seconds later, as where kernels were compiled first
-    engine.settle(piece)
-    assert engine.missing == ()
-    assert max(engine.ages.values()) < 0.4
-
-
 CALENDAR = 1_700_000_000.0
 
 

@@ -127,14 +127,6 @@ def test_a_column_whose_unit_is_not_known_is_refused_with_a_cure(tmp_path, heade
         on_the_bus(tmp_path, header, [np.sin(TIME)])
 
 
-def test_a_map_that_names_the_signal_stands_for_its_unit(tmp_path):
-    entry = {"source": "STEER.steering_wheel_angle", "sign": -1}
-    chosen = parse_channel_map({"signals": {"steering_wheel_angle": entry}}, "map")
-    angle = 100.0 * np.sin(TIME)
-    found, _ = on_the_bus(tmp_path, "STEER.steering_wheel_angle", [angle], chosen)
-    np.testing.assert_allclose(found["STEER.steering_wheel_angle"].values, angle, atol=0.051)
-
-
 def test_values_beyond_the_bits_are_limited_and_counted(tmp_path):
     speed = np.where(TIME < 0.1, -5.0, np.where(TIME > 1.895, 1e300, 50.0))
     found, differences = on_the_bus(tmp_path, "vehicle_speed [km/h]", [speed])

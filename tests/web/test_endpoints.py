@@ -2,7 +2,6 @@
 
 import io
 import json
-import posixpath
 import re
 import struct
 
@@ -165,27 +164,6 @@ def test_the_files_of_the_page_are_kept_under_their_content(client):
     tag = {"if-none-match": plain.headers["etag"]}
     assert client.get("/static/main.js", headers=tag).status_code == 304
     assert client.get("/static/0123456789abcdef/main.js").status_code == 404
-
-
-def test_the_page_names_every_module_of_its_first_view(client):
-    html, found, waiting = client.get("/").text, set(), ["main.js"]
-    while waiting:
-        found.add(name := waiting.pop())
-        text = client.get(f"/static/{name}").text
-        others = {posixpath.join(posixpath.dirname(name), each) for each in re.findall(r'from "\./([^"]+)"', text)}
-        waiting += others - found
-    named = re.findall(r'rel="modulepreload" href="/static/[0-9a-f]{16}/([^"]+)"', html)
-    assert sorted(named) == sorted(found - {"main.js"})
-
-
-def test_the_page_begins_with_the_requests_of_its_view(client):
-    def early(address):
-        return re.findall(r'rel="preload" as="fetch" crossorigin href="([^"]+)"', client.get(address).text)
-
-    assert early("/fleet") == ["/api/site"]
-    assert early(f"/recording?file={FILE}") == ["/api/site", "/api/opened?file=drives%2Fweave.parquet"]
-    assert early("/recording?file=a~b*c%20%22%3E%3Cscript%3E")[1] == "/api/opened?file=a%7Eb*c+%22%3E%3Cscript%3E"
-    assert early(f"/recording?report=x/friction&file={FILE}") == ["/api/site"]
 
 
 def test_a_recording_opens_with_its_signals_and_findings(client, analysed):

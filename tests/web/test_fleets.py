@@ -5,8 +5,7 @@ import time
 import pytest
 
 from tierod.core.errors import InputError
-from tierod.web.errors import Absent
-from tierod.web.fleets import Fleets, drives_of, filtered, key_of, work_out
+from tierod.web.fleets import Fleets, filtered, key_of, work_out
 from tierod.web.site import Site, roots_of
 from tierod_lab.fleet.virtual import SECONDS_PER_DAY, Ageing, FleetFile, Group, Linear, drawn
 from tierod_lab.fleet.writing import shipped_law, write_estimates
@@ -51,14 +50,6 @@ def test_rows_are_filtered_and_sorted(worked, results):
     assert levels == sorted(levels, reverse=True)
     with pytest.raises(InputError, match="no column"):
         filtered(rows, sort="__class__")
-
-
-def test_a_car_has_its_drives_in_the_order_of_time(results):
-    drives = drives_of(results[0], "car-03")
-    assert len(drives) == 40
-    assert [each["start"] for each in drives] == sorted(each["start"] for each in drives)
-    with pytest.raises(Absent, match="no vehicle"):
-        drives_of(results[0], "none")
 
 
 def test_endpoints_give_the_fleet_once_it_is_worked_out(results, tmp_path):

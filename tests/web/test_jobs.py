@@ -17,7 +17,6 @@ from tierod.web.series import SeriesReader
 from tierod.web.shapes import Analysed, ChosenScenario
 from tierod.web.site import Limits
 from tierod.web.store import Store
-from tierod_lab.web.scenarios import drive
 from web_jobs import ended
 
 
@@ -149,15 +148,3 @@ def test_a_recording_without_vehicle_leads_to_the_page(tmp_path):
         in_the_page(str(found.value))
         == "no vehicle is given, and the recording names none; choose one under 'judged as'"
     )
-
-
-@pytest.mark.parametrize("fault", ["friction-step", "driver-torque-offset", "assist-half"])
-def test_a_size_of_another_kind_is_named_as_in_the_page(fault, tmp_path):
-    chosen = {"car": "midsize-eps", "course": "mixed", "seconds": 1.0, "folder": str(tmp_path)}
-    with pytest.raises(ParameterError) as found:
-        drive({**chosen, "faults": [{"name": fault, "size": "5 kg", "start": 0.5}]}, lambda share: None)
-    said = str(found.value)
-    assert said.startswith(f"the size of {fault} is '5 kg', but ")
-    assert "; give for example " in said
-    assert "'to'" not in said
-    assert "faults.0" not in said

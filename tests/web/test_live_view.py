@@ -13,7 +13,7 @@ from tierod.core.findings import Diagnosis, Finding, Status
 from tierod.live.clock import Frame
 from tierod.report import to_json
 from tierod.web.following import Samples
-from tierod.web.relay import KEPT, WAITING, Relay
+from tierod.web.relay import Relay
 
 
 def frames(folder):
@@ -39,23 +39,6 @@ def test_frames_become_samples_of_every_signal(tmp_path):
     assert samples.content() is None
     samples.heard([Frame(2.0, 999, 1, b"12345678")])
     assert samples.content() == {}
-
-
-def test_a_page_that_comes_later_gets_what_came_lately():
-    async def run():
-        relay = Relay([])
-        for number in range(KEPT + 50):
-            relay.give(str(number))
-        queue = relay.listen()
-        assert queue.get_nowait() == "50"
-        for number in range(WAITING + 100):
-            relay.give(f"new {number}")
-        assert queue.qsize() == KEPT + WAITING
-        relay.leave(queue)
-        relay.give("gone")
-        assert queue.qsize() == KEPT + WAITING
-
-    asyncio.run(run())
 
 
 @pytest.mark.parametrize("words", [["-c", "import sys; sys.exit('tierod: no bus')"], ["-c", ""]])

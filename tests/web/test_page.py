@@ -1,10 +1,8 @@
 """The page in a browser: every view, wide and narrow, light and dark; nothing serious for axe where it is there."""
 
-import json
 import os
 import shutil
 import threading
-import urllib.parse
 
 import pytest
 
@@ -185,11 +183,6 @@ def test_dragging_zooms_all_charts_and_the_wheel_goes_on(page):
     page.wait_for_function(f"() => +new URLSearchParams(location.search).get('to') < {high}")
 
 
-def test_a_report_opens_in_a_frame_of_its_own(page, analysed):
-    opened(page, f"/recording?report={analysed.result}/friction", "Report of friction")
-    page.frame_locator("iframe.report").locator("h1").wait_for()
-
-
 def test_an_upload_is_mapped_and_inspected(page, tmp_path):
     from live_drives import drive
     from tierod.io.writers import write
@@ -213,111 +206,9 @@ def test_the_fleet_is_filtered_and_leads_to_a_car(page):
     page.locator(".uplot").first.wait_for()
 
 
-@pytest.mark.parametrize("name", ["weave.parquet", "a~b*c (1) é+.parquet"])
-def test_what_the_view_begins_with_is_asked_for_once(page, name):
-    asked = []
-    page.on("request", lambda request: asked.append(request.url) if "/api/opened" in request.url else None)
-    page.goto("/recording?" + urllib.parse.urlencode({"file": f"drives/{name}"}))
-    page.wait_for_selector(".problem, .plot")
-    page.wait_for_load_state("networkidle")
-    assert len(asked) == 1
-    page.slips.clear()  # the browser names the 404 itself
-
-
 def test_what_is_missing_is_a_sentence(page):
     page.goto("/recording?file=drives/gone.parquet")
     page.get_by_role("alert").wait_for()
     assert "reload" in page.get_by_role("alert").inner_text()
     assert page.locator(".loading").count() == 0
     page.slips.clear()  # the browser names the 404 itself
-
-
-def test_curves_follow_the_theme(page):
-    opened(page, f"/recording?file={FILE}&signals=driver_torque", "Driver torque [N·m]")
-    charts(page, 1)
-    curve = "() => getComputedStyle(document.querySelector('.panel .chip i')).backgroundColor"
-    drawn = """(colour) => {
-        const canvas = document.querySelector('.panel canvas'), wanted = colour.match(/\\d+/g).slice(0, 3).map(Number);
-        const all = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
-        for (let at = 0; at < all.length; at += 4) if (wanted.every((each, k) => each === all[at + k])) return true;
-        return false;
-    }"""
-    for scheme, button in (("light", "Light"), ("dark", "Dark")):
-        page.emulate_media(color_scheme=scheme)
-        page.get_by_role("button", name=button, exact=True).wait_for()
-        page.wait_for_function(drawn, arg=page.evaluate(curve))
-
-
-def test_a_recording_of_one_sample_without_verdict_says_why(page, tmp_path):
-    path = tmp_path / "instant.csv"
-    path.write_text("time,yaw_rate\n0,0\n", encoding="utf-8")
-    opened(page, "/new", "Upload a recording")
-    page.locator("input[type=file]").set_input_files(path)
-    page.get_by_role("heading", name="New recording").wait_for()
-    page.goto("/recording?file=uploads/instant.csv")
-    page.get_by_role("heading", name="Verdicts").wait_for()
-    charts(page, 1)
-    assert page.locator(".problem").count() == 0
-    page.get_by_text("which the recording does not have").first.wait_for()
-    page.get_by_role("link", name="Correct the channel map").click()
-    page.get_by_role("heading", name="Channel map").wait_for()
-
-
-def test_a_bus_that_cannot_be_followed_says_why(page):
-    def with_bus(route):
-        answer = route.fetch()
-        route.fulfill(response=answer, json={**answer.json(), "live": ["virtual:1"]})
-
-    said = json.dumps({"event": "problem", "schema": 1, "text": "the vehicle names no CAN database"})
-    page.route("**/api/site", with_bus)
-    page.route_web_socket("**/api/live", lambda socket: socket.send(said))
-    page.goto("/live")
-    assert page.get_by_role("alert").inner_text() == "The vehicle names no CAN database."
-    assert page.get_by_text("No samples yet").count() == 0
-    page.get_by_text("No signals yet").wait_for()
-
-
-def test_units_in_doubt_are_named_once_and_lead_to_the_channel_map(page, tmp_path):
-    path = tmp_path / "degrees.csv"
-    signs = [(n, (-1) ** (n // 100)) for n in range(900)]
-    rows = [f"{0.01 * n:.2f},{400 * sign},{20 + 0.01 * n:.2f},{15 * sign}" for n, sign in signs]
-    path.write_text("time,steering_wheel_angle,vehicle_speed,yaw_rate\n" + "\n".join(rows), encoding="utf-8")
-    opened(page, "/new", "Upload a recording")
-    page.locator("input[type=file]").set_input_files(path)
-    page.get_by_role("heading", name="Channel map").wait_for()
-    page.goto("/recording?file=uploads/degrees.csv")
-    page.get_by_role("heading", name="Verdicts").wait_for()
-    assert page.get_by_text("steering wheel angle was taken as rad and looks like deg").count() == 1
-    assert page.get_by_text("has no unit in the file").count() == 0
-    page.set_viewport_size({"width": 420, "height": 850})
-    page.get_by_role("link", name="Correct the units").click()
-    page.get_by_role("heading", name="Channel map").wait_for()
-    field = page.get_by_label("column of steering_wheel_angle").bounding_box()
-    assert field["x"] + field["width"] <= 420
-
-
-def test_a_bin_before_a_pause_is_not_drawn_into_it(page, tmp_path):
-    from live_drives import drive
-    from tierod.core.recording import Channel, Recording
-    from tierod.io.writers import write
-
-    whole = drive(120.0)["yaw_rate"]
-    kept = (whole.time < 40.0) | (whole.time > 80.0)
-    broken = Channel("yaw_rate", whole.time[kept], whole.values[kept], whole.unit)
-    write(Recording({"yaw_rate": broken}), tmp_path / "pause.parquet")
-    opened(page, "/new", "Upload a recording")
-    page.locator("input[type=file]").set_input_files(tmp_path / "pause.parquet")
-    page.get_by_role("heading", name="Channel map").wait_for()
-    page.goto("/recording?file=uploads/pause.parquet&signals=yaw_rate")
-    page.get_by_role("heading", name="Verdicts").wait_for()
-    charts(page, 1)
-    filled = """([from, to]) => {
-        const canvas = document.querySelector('.panel canvas'), area = document.querySelector('.panel .u-over');
-        const wanted = getComputedStyle(document.querySelector('.panel .chip i')).backgroundColor.match(/\\d+/g);
-        const x = (share) => devicePixelRatio * (area.offsetLeft + share * area.offsetWidth);
-        const all = canvas.getContext('2d').getImageData(x(from), 0, x(to) - x(from), canvas.height).data;
-        for (let at = 0; at < all.length; at += 4) if ([0, 1, 2].every((k) => +wanted[k] === all[at + k])) return true;
-        return false;
-    }"""
-    page.wait_for_function(filled, arg=[0.05, 0.3])
-    assert not page.evaluate(filled, [0.35, 0.65])

@@ -172,19 +172,6 @@ def test_a_request_that_never_ends_is_closed(bench, begin):
         assert ends_within(made, 3.0)
 
 
-def test_the_second_request_of_a_connection_has_its_own_time(bench):
-    whole = "GET /api/site HTTP/1.1\r\nHost: 127.0.0.1:PORT\r\n\r\n"
-    with served(bench) as port, opened(port, whole) as made:
-        assert not ends_within(made, 0.7), "a connection between requests is kept"
-        for _ in range(2):
-            made.sendall(whole.replace("PORT", str(port)).encode())
-            made.settimeout(5.0)
-            assert made.recv(1 << 16).startswith(b"HTTP/1.1 200")
-            assert not ends_within(made, 0.7), "a connection between requests is kept"
-        made.sendall(HALF.encode())
-        assert ends_within(made, 3.0)
-
-
 def test_the_page_is_answered_beside_many_half_open_requests(bench):
     patient = Limits(connections=20, header_time=60.0, body_pause=60.0)
     with served(bench, patient) as port, contextlib.ExitStack() as stack:

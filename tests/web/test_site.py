@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from live_drives import drive
-from tierod.core.errors import InputError
 from tierod.core.recording import Channel, Recording
 from tierod.io.derive import complete
 from tierod.web.analysing import Derived
@@ -78,16 +77,6 @@ def test_one_file_is_served_alone(tree, tmp_path):
     assert [each.name for each in listing(site, "in").entries] == ["a.csv"]
 
 
-def test_folders_of_one_name_get_names_of_their_own(tmp_path):
-    for name in ("a/x", "b/x", "c/x/ledger"):
-        (tmp_path / name).mkdir(parents=True)
-    recordings, results = roots_of([tmp_path / "a/x", tmp_path / "b/x", tmp_path / "c/x"])
-    assert [each.name for each in recordings] == ["x", "x-2"]
-    assert [each.name for each in results] == ["x-3"]
-    with pytest.raises(InputError, match="there is no"):
-        roots_of([tmp_path / "nowhere"])
-
-
 def test_a_list_shows_names_and_hides_what_leads_outside(site):
     assert [each.name for each in listing(site, "").entries] == ["drives"]
     assert [each.name for each in listing(site, "drives").entries] == ["in", "inside"]
@@ -121,16 +110,6 @@ def test_the_store_keeps_whole_results_and_forgets_the_oldest(tmp_path):
     for wrong in ("", "../" * 20, "a" * 63, "A" * 64, "a" * 64 + "/.."):
         with pytest.raises(Absent):
             store.path("series", wrong)
-
-
-def test_what_a_killed_process_left_is_swept(tmp_path):
-    store = Store(tmp_path / "cache")
-    left = tmp_path / "cache" / "series" / ".new-999999999-abc"
-    left.mkdir()
-    mine = store.begun("series")
-    store.sweep(1 << 30)
-    assert not left.exists()
-    assert mine.exists()
 
 
 def test_a_file_is_known_until_it_changes(tmp_path):
@@ -190,20 +169,6 @@ def test_a_picture_holds_lowest_and_highest(tmp_path, noise, start, stop):
 def test_a_stretch_shows_a_sample_before_and_behind_it(tmp_path, noise):
     found = kept(tmp_path / "s", [noise]).window("a", 10.001, 10.029, 100)
     np.testing.assert_allclose(found.time, [10.0, 10.01, 10.02, 10.03])
-
-
-def test_signals_with_common_stamps_share_them_until_they_part(tmp_path):
-    folder = tmp_path / "s"
-    folder.mkdir()
-    writer, first, second = SeriesWriter(folder), np.arange(5.0), np.arange(5.0, 10.0)
-    writer.add([Channel("a", first, first, "s"), Channel("b", first, -first, "s")])
-    assert writer.signals["a"].stamps == writer.signals["b"].stamps
-    writer.add([Channel("a", second, second, "s"), Channel("b", second + 0.5, -second, "s")])
-    writer.finish({})
-    reader = SeriesReader(folder)
-    np.testing.assert_array_equal(reader.samples("a")[0], np.arange(10.0))
-    np.testing.assert_array_equal(reader.samples("b")[0], [*first, *(second + 0.5)])
-    assert reader.span == (0.0, 9.5)
 
 
 def test_what_is_gone_is_said_in_a_sentence(tmp_path, noise):
