@@ -133,7 +133,11 @@ def test_slips_in_the_entry_of_the_time(time, words):
         parse_channel_map({"time": time})
 
 
-def test_dates_as_digits_of_one_number_are_no_milliseconds(tmp_path):
-    path = saved(tmp_path, "csv", {"time": 20240513090500.0 + 0.05 * np.arange(200), "yaw_rate": np.ones(200)})
-    with pytest.raises(InputError, match="a date as digits; give seconds, or dates that read"):
+@pytest.mark.parametrize(
+    ("begin", "step", "sentence"),
+    [(20240513090500.0, 0.05, "a date as digits"), (45413.4, 0.05 / 86400, "days as spreadsheets count them")],
+)
+def test_dates_as_one_number_are_no_seconds(tmp_path, begin, step, sentence):
+    path = saved(tmp_path, "csv", {"time": begin + step * np.arange(200), "yaw_rate": np.ones(200)})
+    with pytest.raises(InputError, match=f"{sentence}.*; give seconds, or dates that read"):
         read(path)

@@ -130,6 +130,18 @@ FILES = {
         "LabVIEW Measurement\t\nTime\t10:12:00\t10:12:00\t\nDelta_X\t0.05\t0.05\t\n***End_of_Header***\t\t\t\n"
         "X_Value\tvehicle_speed [m/s]\tyaw_rate\tComment\n" + _rows("{t:.3f}\t{v:.6f}\t{r:.6f}\t\n"),
     ),
+    "comma at the end of lines": ("drive.csv", "time,speed [m/s],yaw_rate,\n" + _rows("{t:.3f},{v:.6f},{r:.6f},\n")),
+    "units after a preposition": (
+        "fahrt.txt",
+        "Zeit\tspeed\tGierrate\nin s\tin m/s\tin °/s\n" + _rows("{t:.3f}\t{v:.6f}\t{deg:.6f}\n"),
+    ),
+    "JSON lines with vectors": (
+        "drive.jsonl",
+        "".join(
+            json.dumps({"time": t, "speed [m/s]": v, "angular_velocity": [0, 0, r]}) + "\n"
+            for t, v, r in _rows_of_numbers()
+        ),
+    ),
     "long table in German": (
         "fahrt.csv",
         "Zeit;Signal;Wert;Einheit\n"

@@ -37,6 +37,8 @@ REGULAR = 0.8  # Share of steps between samples that are alike in such a column;
 LONGER = 1.5  # Ratio of two steps from which they are not alike
 DAY, WEEK = 86400.0, 604800.0  # [s]
 AS_DATES = (1.95e13, 2.1e13)  # Range of dates as digits yyyymmddhhmmss, in ms since 1970 after the year 2580
+DAYS = (3e4, 6e4)  # Range of dates in days since 1900, of the years 1982 to 2064
+FASTEST_STEP = 1e-5  # Step below which such stamps are no seconds: no such recording has a rate above 100 kHz [s]
 PACKED = "hhmmss"  # Unit of a time of day whose hours, minutes and seconds are digits of one number
 
 
@@ -214,6 +216,11 @@ def require_plausible_rate(clocks: Iterable[tuple[str, str, np.ndarray]]) -> Non
             )
         steps = np.diff(stamps[np.isfinite(stamps)])
         steps = steps[steps > 0.0]
+        if not unit and len(steps) and DAYS[0] < stamps[0] < DAYS[1] and np.median(steps) < FASTEST_STEP:
+            raise InputError(
+                f"the time column '{column}' holds days as spreadsheets count them, such as {stamps[0]:.5f}; give "
+                f"seconds, or dates that read {DATES}"
+            )
         if unit == PACKED:
             return
         if len(steps) < FEWEST - 1:

@@ -197,7 +197,7 @@ def _spaced(above: list[str], width: int, delimiter: str) -> list[list[str]]:
 
 def _refuse_lacking_names(header: list[list[str]], below: list[list[str]], delimiter: str) -> None:
     """Refuse a table with names for half of its columns, as where a decimal comma doubles the number of cells."""
-    width = len(below[0])
+    width = sum(any(row[place].strip() not in MISSING for row in below) for place in range(len(below[0])))
     named = max((sum(map(bool, cells)) for cells in header), default=width)
     if delimiter == "," and width > 2 and named <= (width + 2) // 2:
         found = f"has {named} names above {width} columns"
@@ -257,6 +257,7 @@ def _titles(header: list[list[str]], width: int) -> tuple[list[str], list[str]]:
         return names, ["" if cell.lower() in _UNIT_LABELS else cell for cell in units]
     if len(header) == 1:
         return header[-1], nothing
+    header = [[cell.removeprefix("in ") for cell in row] if _all_in(row) else row for row in header]
     upper, lower = header[-2], header[-1]
     for above, below in ((upper, lower), *zip(header[-3:-2], [upper], strict=False)):  # sources may stand below units
         if _are_units(below) and not _are_units(above) and 2 * sum(map(bool, above)) > width:
@@ -271,6 +272,11 @@ def _titles(header: list[list[str]], width: int) -> tuple[list[str], list[str]]:
 def _repeats(row: list[str]) -> bool:
     """Whether the label is repeated before every channel, above a time column of that channel."""
     return len(row) > 1 and (row.count(row[0]) > 1 or len(row) == 2)
+
+
+def _all_in(row: list[str]) -> bool:
+    """Whether all units of a row are written as "in km/h", which would be inches."""
+    return all(cell.startswith("in ") for cell in row if cell)
 
 
 def _are_units(row: list[str]) -> bool:

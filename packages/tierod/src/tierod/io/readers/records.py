@@ -34,6 +34,7 @@ _UNITS = ("unit", "units", "einheit", "unité", "unidad")
 _WIDEST = 12  # Number of columns up to which a table of time, name and value may have others
 BLOCK = 10_000  # Number of frames that are Python objects at a time
 WHOLE = 1 << 28  # Largest document that is parsed at once [bytes]; JSON lines may be longer
+_LONGEST = 16  # Number of values of a vector or matrix in a record
 DEEPEST = 8  # Largest depth of structures within a record
 
 Record = Mapping[str, Any]
@@ -151,8 +152,15 @@ def _flat(record: Record, prefix: str = "", depth: int = 0) -> Iterator[tuple[st
             yield f"{prefix}{found[0]}", found[1]
         elif isinstance(value, dict) and depth < DEEPEST:
             yield from _flat(value, f"{prefix}{key}.", depth + 1)
+        elif isinstance(value, list) and len(value) <= _LONGEST and all(map(_is_float, value)):
+            names = "xyz" if len(value) == 3 else map(str, range(len(value)))
+            yield from ((f"{prefix}{key}.{name}", each) for name, each in zip(names, value, strict=True))
         else:
             yield f"{prefix}{key}", value
+
+
+def _is_float(value: Any) -> bool:
+    return isinstance(value, int | float)
 
 
 def _quantity(name: str, value: Record) -> tuple[str, Any] | None:
