@@ -84,8 +84,6 @@ TARGETS = {
     for name, family, commands in _OPENED
 }
 
-READERS = tuple(TARGETS)[:15]
-
 
 @dataclass(frozen=True)
 class Case:

@@ -23,7 +23,6 @@ from tierod_lab.papers.condition.drives import Drive
 from tierod_lab.papers.condition.recorded import recorded
 
 TEXT = (SHIPPED / "midsize-eps.toml").read_text(encoding="utf-8")
-OPEN = ("steering_ratio", "front_cornering_stiffness")
 
 
 def guessed():
