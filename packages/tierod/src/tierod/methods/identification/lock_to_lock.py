@@ -259,13 +259,20 @@ def _local_parabola(values: np.ndarray, count: int) -> tuple[np.ndarray, np.ndar
     fit = np.linalg.pinv(np.vander(places / half, 3, increasing=True)) / float(half) ** np.arange(3.0)[:, None]
     first, last = fit @ values[:count], fit @ values[-count:]
     before, after = places[:half], places[half + 1 :]
+    # Pairs beside the centre, so that equal readings give equal values whatever their place in memory.
+    size = len(values) - 2 * half
+    inner = [values[half : half + size] * fit[0, half], np.zeros(size)]
+    for k in range(half):
+        early, late = values[k : k + size], values[2 * half - k : 2 * half - k + size]
+        inner[0] = inner[0] + (early + late) * fit[0, k]
+        inner[1] = inner[1] + (early - late) * fit[1, k]
 
-    def joined(inner: np.ndarray, at: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
-        return np.concatenate([at(first, before), inner, at(last, after)])
+    def joined(middle: np.ndarray, at: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:
+        return np.concatenate([at(first, before), middle, at(last, after)])
 
     return (
-        joined(np.correlate(values, fit[0], "valid"), lambda of, place: of[0] + of[1] * place + of[2] * place**2),
-        joined(np.correlate(values, fit[1], "valid"), lambda of, place: of[1] + 2.0 * of[2] * place),
+        joined(inner[0], lambda of, place: of[0] + of[1] * place + of[2] * place**2),
+        joined(inner[1], lambda of, place: of[1] + 2.0 * of[2] * place),
     )
 
 
