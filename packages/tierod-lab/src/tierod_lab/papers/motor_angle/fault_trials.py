@@ -228,12 +228,9 @@ def stepping_load(seconds: float, seed: int, largest: float = LOAD) -> np.ndarra
     return np.asarray(0.5 * largest * sizes[np.searchsorted(starts, bench_time(seconds), side="right")])
 
 
-def salient_drive(
-    ratio: float, seed: int, seconds: float, fault: Fault | None = None, start: float = 0.0, largest: float = LOAD
-) -> BenchDrive:
-    """Simulate and record a drive of `salient_bench` under a stepping load, with a fault from `start` on [s]."""
-    load = stepping_load(seconds, seed, largest)
-    clean = clean_drive(seed, seconds, fault, start, salient_bench(ratio), load)
+def salient_drive(ratio: float, seed: int, seconds: float) -> BenchDrive:
+    """Simulate and record a drive of `salient_bench` under a stepping load."""
+    clean = clean_drive(seed, seconds, None, 0.0, salient_bench(ratio), stepping_load(seconds, seed))
     return noisy(clean, np.random.default_rng([seed, 77]))
 
 
@@ -246,16 +243,3 @@ def fast_drive(ratio: float, seed: int, seconds: float) -> BenchDrive:
     load = stepping_load(seconds, seed, FAST_LOAD)
     clean = clean_drive(seed, seconds, None, 0.0, replace(plant, motor=low), load, target)
     return noisy(clean, np.random.default_rng([seed, 77]))
-
-
-def found_on_salient(ratio: float, seed: int, fault: Fault) -> Found | None:
-    """Outcome of a fault that begins at a random time with a valid angle; None without such a time."""
-    monitor, seconds = salient_monitor(ratio), 9.0
-    known = scan(monitor, salient_drive(ratio, seed, 7.0).samples)["compared.known"] > 0.5
-    # Faults begin after 5.5 s, as in `fault_trials`: in the first five seconds nothing is compared with the observer.
-    instants = np.flatnonzero(known[55_000:]) + 55_000
-    if not len(instants):
-        return None
-    start = int(np.random.default_rng(seed).choice(instants)) // 10
-    seen = salient_drive(ratio, seed, seconds, fault, start * 1e-3)
-    return delays(scan(monitor, seen.samples), round(start * 1e-3 * RATE), fault)

@@ -192,11 +192,6 @@ def _axle(axle: Any, load: float) -> float:
     return float(axle.stiffness(load))
 
 
-def _knowing(driver: Any, chassis: Any, ratio: float) -> Any:
-    names = ("mass", "wheelbase", "rear_distance", "understeer_gradient")
-    return replace(driver, steering_ratio=ratio, **{name: getattr(chassis, name) for name in names})
-
-
 def true_values(block: Any) -> dict[str, float]:
     """True values of the parameters of a vehicle file, in SI units, from an `EpsCar` with a two-track chassis."""
     chassis, steering, tyre = block.chassis, block.steering, block.chassis.front.tyre

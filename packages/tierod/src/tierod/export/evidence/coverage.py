@@ -22,7 +22,7 @@ REASONS = {
     "limit": "a limit at zero or at a fixed number, which the value does not reach with these samples",
     "number": "check that the number of a lane is whole and exists, which holds for every number that the judge gives",
     "circle": "lanes that take over each other's states in a circle, which this judge never requests; "
-    "tests/export/test_bank_export.py runs a bank whose judge does",
+    "tests/export/test_printed_numbers.py runs a bank whose judge does",
     "store": "a correct checksum over damaged contents",
     "other": "no reason is recorded: drives, altered ones too, random samples and failed signals do not reach them; "
     "listed below",
