@@ -42,7 +42,7 @@ def test_absent_channel():
         (np.full(len(TIME), np.nan), "every sample is missing"),
         (np.full(len(TIME), 0.25), "constant at 14.3239 °/s throughout"),
         (60.0 * np.sin(TIME), "leaves the plausible"),
-        (np.clip(np.sin(TIME), -0.7, 0.7), "saturated"),
+        (np.clip(np.sin(TIME), -0.7, 0.7), "samples in a row at the upper end, 40.11 °/s"),
         (np.where(TIME % 10.0 < 1.0, np.nan, np.sin(TIME)), "10 % of the samples are missing"),
         (np.round(np.sin(TIME), 1), "coarse: 21 distinct values, 5.73 °/s apart"),
     ],
@@ -76,6 +76,12 @@ def test_a_gap_of_seconds():
     found = quality(np.sin(TIME)[keep], TIME[keep])
     assert found.longest_gap == pytest.approx(5.01, abs=0.02)
     assert any("longest gap lasts 5.0" in remark for remark in found.remarks)
+
+
+@pytest.mark.parametrize(("lost", "told"), [(0.08, False), (0.2, True)])
+def test_ten_lost_messages_are_a_gap(lost, told):
+    keep = (TIME < 20.0) | (TIME > 20.0 + lost)
+    assert ("longest gap" in remarks(np.sin(TIME)[keep], TIME[keep])) is told
 
 
 def test_one_hertz_is_too_slow():

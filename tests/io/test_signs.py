@@ -50,6 +50,7 @@ def test_the_odd_one_is_named(wrong):
 def test_torques_against_each_other():
     (warning,) = sign_warnings(drive(motor_torque=-1.0))
     assert warning.startswith("driver_torque or motor_torque probably has the wrong sign")
+    assert "correlation driver_torque with motor_torque -1.00" in warning
 
 
 def test_a_speed_of_the_wrong_sign_blames_nothing_else():

@@ -82,12 +82,16 @@ def test_a_wrong_scale_is_named_with_those_that_it_may_be(healthy, name, factor)
     (sentence,) = sentences(altered(healthy, name, times(factor)))
     assert "has a wrong scale" in sentence
     assert name in sentence.split(" has ")[0]
+    ratio = float(sentence.split(" is ")[1].split(" times ")[0])
+    # The second quantity over the first; the sentence names that of the second first.
+    assert ratio == pytest.approx(factor if sentence.startswith(name) else 1.0 / factor, rel=0.2)
 
 
 @pytest.mark.parametrize("name", ["driver_torque", "motor_torque", "yaw_rate", "lateral_acceleration"])
 def test_a_clipped_signal_is_named(healthy, name):
     found = sentences(altered(healthy, name, clipped))
-    assert found[0].startswith(f"{name} is clipped at its ")
+    ends = {said.split(" its ")[1].split()[0] for said in found if said.startswith(f"{name} is clipped at its ")}
+    assert ends and ends <= {"upper", "lower"}
 
 
 def test_a_healthy_drive_has_none(healthy):

@@ -64,6 +64,8 @@ def test_the_headline_is_a_sample_of_the_course_with_its_own_deviation_and_holds
     time, truth = true_sideslip(states, 0)
     assert abs(estimate.value - np.interp(course.time[at], time, truth)) < BAND * estimate.standard_deviation
     assert "most of it is the geometry of a tight turn" in said(found.findings[0])
+    assert found.findings[0].evidence["limit_announced_s"] == 0.0
+    assert "largest force" not in said(found.findings[0])
 
 
 def test_walking_pace_alone_gives_neither_a_value_nor_a_limit(car, drives):
@@ -81,3 +83,23 @@ def test_what_a_car_with_unsigned_speeds_does_in_reverse_is_neither_its_largest_
     assert abs(abs(back.estimate.value) - abs(out.estimate.value)) < 2.0 * out.estimate.standard_deviation
     assert back.evidence["limit_announced_s"] == 0.0
     assert not any("revers" in each for each in out.warnings)
+
+
+@pytest.fixture(scope="module")
+def steady():
+    """A slow weave."""
+    time = np.arange(0.0, 40.0, STEP)
+    (made,) = recordings([(QUADRICYCLE, (6.0 + 1.5 * np.sin(0.3 * time), 0.07 * np.sin(0.7 * time)))], SEED)
+    return made.slice(6.0)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.03])
+def test_an_offset_of_the_yaw_rate_is_named_by_the_wheels_despite_a_wave_on_the_speed(car, steady, offset):
+    yaw_rate, read = steady["yaw_rate"], steady["vehicle_speed"]
+    wave = read.values + (0.8 + 0.8 * np.sin(0.2 * read.time) if offset else 0.0)
+    made = steady.with_channels(
+        [dataclasses.replace(yaw_rate, values=yaw_rate.values + offset), dataclasses.replace(read, values=wave)]
+    )
+    finding = diagnose(made, car, "sideslip", spread=False).findings[0]
+    assert ("offset of" in f"{said(finding)} {finding.cause}") is bool(offset)
+    assert finding.status.exit_code == (1 if offset else 0)

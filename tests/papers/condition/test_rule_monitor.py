@@ -12,7 +12,7 @@ from tierod.core.graph import scan
 from tierod.core.recording import Channel, Recording
 from tierod.core.signals import SIGNALS
 from tierod.monitors.condition.courses import FAULT, SUSPECT
-from tierod.monitors.condition.signals import ELEMENTS, OF_AUTOMATED, ConditionSample
+from tierod.monitors.condition.signals import ACTUATORS, ELEMENTS, OF_AUTOMATED, ConditionSample
 from tierod.vehicles import load
 from tierod.vehicles.vehicle import SHIPPED
 from tierod.vehicles.writer import with_thresholds
@@ -99,6 +99,21 @@ def test_what_is_missing_declares_no_fault(missing):
         column(samples, missing)[:] = np.nan
     wrong = (FAULT,) if missing == "gaps" else (FAULT, SUSPECT)
     assert not any(np.isin(codes, wrong).any() for codes in statuses(samples).values())
+
+
+@pytest.mark.parametrize("missing", [None, "tie_rod_force"])
+@pytest.mark.parametrize("motors", [(1,), (1, 2)])
+def test_while_a_residual_exceeds_its_limit_and_no_rule_explains_it_nothing_is_fault_free(motors, missing):
+    samples = circle(radius=12.0, seconds=8.0)
+    column(samples, "target_steering_wheel_angle")[:] = np.nanmean(column(samples, "steering_wheel_angle"))
+    for number in motors:
+        column(samples, f"steering_motor_{number}_target_torque")[500:] += 6.0
+    if missing:
+        column(samples, missing)[:] = np.nan
+    judged = statuses(samples)
+    before, after = ({judged[name][at] for name in (*OF_AUTOMATED, *ACTUATORS)} for at in (490, -1))
+    assert not {SUSPECT, FAULT} & before
+    assert FAULT in after or after == {SUSPECT}
 
 
 def healthy(seconds, seed):
