@@ -91,7 +91,8 @@ def test_a_wrong_scale_is_named_with_those_that_it_may_be(healthy, name, factor)
 def test_a_clipped_signal_is_named(healthy, name):
     found = sentences(altered(healthy, name, clipped))
     ends = {said.split(" its ")[1].split()[0] for said in found if said.startswith(f"{name} is clipped at its ")}
-    assert ends and ends <= {"upper", "lower"}
+    assert ends
+    assert ends <= {"upper", "lower"}
 
 
 def test_a_healthy_drive_has_none(healthy):
