@@ -128,6 +128,19 @@ def test_what_is_found_does_not_depend_on_how_the_recording_is_cut(healthy):
     assert run.finish().findings[0] == whole
 
 
+@pytest.mark.parametrize(
+    ("start", "stop", "when"),
+    [(-1.0, 5.0, "until 5.0 s"), (20.0, 30.0, "from 20.0 s to 30.0 s"), (50.0, 99.0, "from 5")],
+)
+def test_a_signal_that_pauses_is_named_with_its_times(healthy, start, stop, when):
+    def gone(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+        return np.where((time >= start) & (time < stop), np.nan, values)
+
+    paused = altered(healthy.slice(stop=60.0), "lateral_acceleration", gone)
+    finding = diagnose(paused, "midsize-eps").findings[0]
+    assert f"lateral_acceleration is missing {when}" in " ".join((finding.cause, *finding.warnings))
+
+
 def test_a_pause_of_many_hours_takes_no_memory(healthy):
     channels = {
         name: dataclasses.replace(each, time=np.where(each.time > 60.0, each.time + 14400.0, each.time))

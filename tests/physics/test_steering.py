@@ -15,6 +15,7 @@ from tierod.physics.steering import (
     assist_torque,
     gear_coupling_torque,
     pinion_angle,
+    road_wheel_angle,
     torsion_bar_torque,
     weight_lever,
     weight_torque,
@@ -111,6 +112,7 @@ def test_bar_pulls_the_pinion_after_the_wheel():
 @pytest.mark.parametrize("angle", [-2.5, -0.3, 0.0, 1.0, 2.5])
 def test_the_pinion_angle_is_the_root_of_the_cubic(angle, growth):
     steer = angle / 15.5 * (1.0 + growth / 3.0 * angle * angle)
+    assert road_wheel_angle(angle, 1.0 / 15.5, growth) == pytest.approx(steer, abs=1e-12)
     assert pinion_angle(steer, 1.0 / 15.5, growth) == pytest.approx(angle, abs=1e-9)
     roots = np.roots([growth / 3.0, 0.0, 1.0, -15.5 * steer]) if growth else np.array([15.5 * steer])
     near = roots[np.argmin(np.abs(roots - angle))]

@@ -32,6 +32,14 @@ def test_at_steady_speed_and_small_sideslip_the_lateral_acceleration_is_speed_ti
     assert lateral_acceleration_of_turning(10.0, 0.3, 0.1) == pytest.approx(10.0 * 0.4, rel=1e-6)
 
 
+def test_a_point_of_the_body_is_accelerated_as_on_its_path():
+    step, forward, left, rate, growth = 1e-4, 1.3, 0.4, 0.7, 0.9
+    turned = rate * np.array([-step, 0.0, step]) + 0.5 * growth * step * step * np.array([1.0, 0.0, 1.0])
+    across = forward * np.sin(turned) + left * np.cos(turned)
+    found = single_track.lateral_acceleration_at(0.0, growth, rate, forward, left)
+    assert found == pytest.approx((across[0] - 2.0 * across[1] + across[2]) / step**2, rel=1e-4)
+
+
 MASS, TO_FRONT, TO_REAR, FRONT_STIFFNESS, REAR_STIFFNESS = 1600.0, 1.14, 1.69, 110e3, 130e3
 GRADIENT = single_track.understeer_gradient(MASS, TO_FRONT, TO_REAR, FRONT_STIFFNESS, REAR_STIFFNESS)
 
