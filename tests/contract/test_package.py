@@ -6,6 +6,7 @@ import importlib.util
 import inspect
 import json
 import pkgutil
+import re
 import typing
 from pathlib import Path
 from typing import Annotated
@@ -92,7 +93,9 @@ def test_every_number_that_tunes_has_a_unit():
 @pytest.mark.parametrize("verb", commands())
 def test_every_command_answers_help_and_refuses_an_unknown_option_in_one_line(verb, capsys):
     assert main([verb, "--help"]) == 0
-    assert f"tierod {verb}" in capsys.readouterr().out
+    usage, _, rest = capsys.readouterr().out.partition(f"tierod {verb}")
+    assert usage
+    assert re.match(r"[^╭]*\n\s*[A-Z][^╭]*\.", rest), "the help does not say what the command does"
     assert main([verb, "--no-such-option"]) == 3
     captured = capsys.readouterr()
     assert captured.out == ""

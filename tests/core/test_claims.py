@@ -39,6 +39,8 @@ def test_the_document_keeps_to_its_schema():
     document = json.loads(claims_document(claims))
     jsonschema.validate(document, SCHEMA)
     assert [row["met"] for row in document] == [False, False, None]
+    held, not_held = (json.loads(claims_document([missed(measured=value)]))[0]["cause"] for value in (0.2, 1.0))
+    assert (held, not_held) == ("", "P0 is not printed.")
     assert list(document[0]) == [
         *("id", "claim", "source", "printed", "derived", "measured", "goal", "unit", "met", "outcome", "note", "cause")
     ]

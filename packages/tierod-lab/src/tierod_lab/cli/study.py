@@ -37,6 +37,7 @@ def study(
         ),
     ] = False,
 ) -> int:
+    """Run a study: tables and claims to the terminal as Markdown, a page and claims.json to a folder."""
     from tierod.cli.terminal import print_remark
     from tierod.core.errors import ParameterError, nearest
     from tierod_lab.studies.effort import Effort
