@@ -112,6 +112,16 @@ def test_columns_are_sent_in_the_unit_of_the_database(tmp_path, header, factors)
     assert differences.sentences() == ()
 
 
+def test_a_sign_with_a_signal_of_its_own_is_sent_beside_the_magnitude(tmp_path):
+    entry = {"source": "STEER.vehicle_speed", "sign_from": "STEER.bare"}
+    chosen = parse_channel_map({"signals": {"wheel_speed_rear_left": entry}}, "map")
+    values = 8.0 * np.cos(5.0 * TIME)
+    recording = Recording({"wheel_speed_rear_left": Channel("wheel_speed_rear_left", TIME, values, "m/s")})
+    found, _ = on_the_bus(tmp_path, recording, (), chosen)
+    np.testing.assert_allclose(found["STEER.vehicle_speed"].values, 3.6 * np.abs(values), atol=0.0051)
+    np.testing.assert_array_equal(found["STEER.bare"].values, values < 0.0)
+
+
 @pytest.mark.parametrize(
     ("header", "sentence"),
     [

@@ -44,6 +44,11 @@ def test_any_log_is_read_back(rows, ending, direction):
     assert frames.origin == 1600000000.0
 
 
+def test_a_fraction_counts_by_its_digits():
+    frames = read_frames(b"(10.5) can0 123#01\n(10.750) can0 123#02\n(11.000000001) can0 123#03\n")
+    np.testing.assert_allclose(np.diff(frames.time), [0.25, 0.250000001], atol=1e-10)
+
+
 @pytest.mark.parametrize("block", [1, 60, 200])
 def test_the_frames_do_not_depend_on_how_much_is_parsed_at_once(block):
     rows = [(k, f"can{k % 3}", f"{0x100 + k % 5:03X}", "AB" * (k % 9)) for k in range(50)]

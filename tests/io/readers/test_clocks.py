@@ -141,3 +141,9 @@ def test_dates_as_one_number_are_no_seconds(tmp_path, begin, step, sentence):
     path = saved(tmp_path, "csv", {"time": begin + step * np.arange(200), "yaw_rate": np.ones(200)})
     with pytest.raises(InputError, match=f"{sentence}.*; give seconds, or dates that read"):
         read(path)
+
+
+def test_seconds_that_could_be_digits_of_a_day_for_a_while_are_seconds(tmp_path):
+    time = 12000.0 + np.arange(0.0, 150.0, 0.02)
+    recording = read(saved(tmp_path, "csv", {"time": time, "yaw_rate": np.sin(time)}))
+    assert recording["yaw_rate"].time[-1] - recording["yaw_rate"].time[0] == pytest.approx(149.98, abs=1e-3)
