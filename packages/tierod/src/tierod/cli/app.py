@@ -50,6 +50,13 @@ _NOT_COMMANDS = {
     "terminal",
 }
 
+_GROUPS = {
+    "Begin": ("demo", "inspect", "new", "diagnose", "serve"),
+    "Follow a car or a fleet": ("fleet", "live", "replay", "faults"),
+    "Virtual car": ("scenarios", "simulate", "campaign", "study"),
+    "Expert": ("convert", "design", "export", "formats", "identify", "isolability", "monitors", "vehicles"),
+}
+
 _HEADER = """\
 Estimate what cannot be measured in a steering system, and find what is going wrong in it.
 
@@ -220,8 +227,13 @@ def _function(verb: str) -> Callable[..., int | None]:
 
 
 def _overview() -> str:
-    rows = [f"  {verb:<16} {summary(verb)}" for verb in commands()]
-    return "\n".join([_HEADER, *rows, _FOOTER.rstrip()])
+    rest = [verb for verb in commands() if not any(verb in verbs for verbs in _GROUPS.values())]
+    groups = {title: [verb for verb in verbs if verb in commands()] for title, verbs in _GROUPS.items()}
+    groups["Expert"] += rest
+    lines = [_HEADER.rstrip()]
+    for title, verbs in groups.items():
+        lines += [f"\n{title}", *(f"  {verb:<16} {summary(verb)}" for verb in verbs)] if verbs else []
+    return "\n".join([*lines, _FOOTER.rstrip()])
 
 
 def summary(verb: str) -> str:

@@ -8,9 +8,12 @@ from typing import Annotated
 
 import typer
 
+from tierod.cli.diagnose import Details
+
 
 def demo(
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for recording and report.")] = Path("out"),
+    details: Details = False,
 ) -> int:
     """Judge a recorded drive, and write the report: a demonstration of tierod in one command."""
     from tierod.cli.diagnose import show
@@ -26,5 +29,5 @@ def demo(
     command = shlex.join(["tierod", "diagnose", str(path), "--vehicle", VEHICLE])
     terminal.print(f"judging it, as this command does: {command}", soft_wrap=True, markup=False)
     diagnosis = diagnose(path, VEHICLE, command=command)
-    show(diagnosis, as_json=False, path=output / "demo-friction.html")
+    show(diagnosis, as_json=False, path=output / "demo-friction.html", details=details)
     return 0

@@ -79,6 +79,9 @@ WithSpread = Annotated[
     ),
 ]
 WithReport = Annotated[bool, typer.Option(help="Write the HTML report.")]
+Details = Annotated[
+    bool, typer.Option("--details", help="Print all figures, limits and remarks, not the answer alone.")
+]
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON document to stdout, all else to stderr.")]
 
 
@@ -98,6 +101,7 @@ def diagnose(
     signals: SignalsPath = None,
     spread: WithSpread = True,
     report: WithReport = True,
+    details: Details = False,
     as_json: AsJson = False,
 ) -> int:
     """Judge recordings: healthy (0), fault (1), could not judge (2), bad input (3); of several recordings the worst."""
@@ -120,9 +124,9 @@ def diagnose(
         options = {"--variant": variant, "--baseline": baseline, "--memory": memory, "--signals": signals}
         _refuse_options_of_one(options, alone)
         drives = [(recording, cars[name]) for recording, name in zip(recordings, named, strict=True)]
-        return _all(drives, None if what == ALL else [what], reading | {"spread": spread}, target, as_json)
+        return _all(drives, None if what == ALL else [what], reading | {"spread": spread}, target, as_json, details)
     kept = {"baseline": baseline, "fault_free": fault_free, "memory": memory, "signals": signals, "spread": spread}
-    return _one(recordings[0], cars[named[0]], what, variant, reading, kept, target, as_json)
+    return _one(recordings[0], cars[named[0]], what, variant, reading, kept, target, as_json, details)
 
 
 def _one(
@@ -134,6 +138,7 @@ def _one(
     kept: dict[str, Any],
     target: Path | None,
     as_json: bool,
+    details: bool,
 ) -> int:
     """Judge one recording with one monitor, including the options that only apply to this case."""
     from tierod.cli.terminal import progress, say_where
@@ -145,7 +150,7 @@ def _one(
         source = source_of(recording, car, *reading.values())
         with _naming_others(source, car, monitor, read):
             diagnosis = run(source, car, monitor, variant, **read, **kept, command=command_line(), progress=advance)
-    show(diagnosis, as_json, target)
+    show(diagnosis, as_json, target, details)
     written = [] if kept["signals"] is None else [("signals", str(kept["signals"]))]
     for what, text in (*written, *((name, diagnosis.remarks.get(name, "")) for name in ("baseline", "fault memory"))):
         if text:
@@ -184,9 +189,11 @@ def _all(
     reading: dict[str, Any],
     target: Path | None,
     as_json: bool,
+    details: bool,
 ) -> int:
     """Judge several recordings, or with every monitor: one page, one document, and the worst exit code."""
     from tierod.cli.terminal import origin, print_json, progress, say_where
+    from tierod.cli.terminal import output as terminal
     from tierod.cli.terminal import show as show_items
     from tierod.core.errors import InputError, MissingExtra
     from tierod.core.files import write_text
@@ -214,8 +221,10 @@ def _all(
         write_text(target, several.render(judged, origin()))
     if as_json:
         print_json(several.to_json(judged, origin()))
-    else:
+    elif details:
         show_items(several.tables(judged, narrow=True))
+    else:
+        several.answer(judged, terminal())
     if target is not None:
         say_where(as_json, "report", target)
     return several.status_of(judged).exit_code
@@ -259,7 +268,7 @@ def _refuse_what_cannot_be_written(
         require_folder(path)
 
 
-def show(diagnosis: Diagnosis, as_json: bool, path: Path | None) -> None:
+def show(diagnosis: Diagnosis, as_json: bool, path: Path | None, details: bool = False) -> None:
     """Write the report first, so that a failure to write it precedes the verdict; then print the table or JSON."""
     from tierod.cli.terminal import output, print_json, say_where
     from tierod.report import print_table, to_json, write_html
@@ -269,6 +278,6 @@ def show(diagnosis: Diagnosis, as_json: bool, path: Path | None) -> None:
     if as_json:
         print_json(to_json(diagnosis))
     else:
-        print_table(diagnosis, output())
+        print_table(diagnosis, output(), details)
     if path is not None:
         say_where(as_json, "report", path)

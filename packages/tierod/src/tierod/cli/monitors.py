@@ -36,8 +36,11 @@ def monitors(
     if json:
         print_json({"monitors": [_document(monitor) for monitor in chosen]})
         return
-    for monitor in chosen:
-        _show(monitor)
+    if name is None:
+        output().print(rows(("monitor", "what it does"), [(each.name, each.title) for each in chosen]))
+        output().print("tierod monitors NAME shows signals, variants, sources and decisions of one", markup=False)
+        return
+    _show(chosen[0])
 
 
 def _for_vehicle(name: str | None, vehicle: str, json: bool) -> None:

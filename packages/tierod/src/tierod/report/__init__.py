@@ -42,9 +42,12 @@ def to_json(diagnosis: Diagnosis, series: bool = False) -> str:
     return document(diagnosis, series)
 
 
-def print_table(diagnosis: Diagnosis, console: Console) -> None:
-    """Print the verdict and its evidence to a terminal."""
+def print_table(diagnosis: Diagnosis, console: Console, details: bool = True) -> None:
+    """Print the verdict to a terminal: with its evidence, or the answer alone in at most ten lines."""
     from tierod.report.diagnosis import shown_items
-    from tierod.report.terminal import show
+    from tierod.report.terminal import answer, show
 
-    show(shown_items(diagnosis), console)
+    if details or diagnosis.decisive is None:
+        show(shown_items(diagnosis), console)
+    else:
+        answer(diagnosis.decisive, len(diagnosis.decisive.warnings), console)

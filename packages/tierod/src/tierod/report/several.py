@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tierod.core.content import Facts, Item, Table, Verdict
-from tierod.core.findings import Diagnosis, Trace
+from tierod.core.findings import Diagnosis, Finding, Trace
 from tierod.core.statuses import Status, worst
 from tierod.monitors.diagnose import ALL, Judged
 from tierod.report.charts.decisions import decision_figure, looks_chart
@@ -20,6 +20,9 @@ from tierod.report.display import without_advice
 from tierod.report.document import document
 from tierod.report.html import Origin, page
 
+if TYPE_CHECKING:
+    from rich.console import Console
+
 SCHEMA = "tierod.diagnoses/2"  # Name and version of the JSON document
 
 
@@ -29,14 +32,37 @@ def status_of(judged: Sequence[Judged]) -> Status:
     return worst(worst(each.status for each in one.diagnoses.values()) for one in judged)
 
 
-def tables(judged: Sequence[Judged], narrow: bool = False) -> Iterator[Table]:
-    """Verdicts, warnings, and monitors that did not run; `narrow` leaves out the advice of a refusal."""
+def decisive(judged: Sequence[Judged]) -> Finding | None:
+    """The finding that gives the worst status; None where a recording without a verdict does."""
+    status = status_of(judged)
+    found = (each.decisive for one in judged for each in one.diagnoses.values() if each.status is status)
+    return next((each for each in found if each), None)
+
+
+def verdict_table(judged: Sequence[Judged]) -> Table:
     found = tuple(
         (one.path.name, name, each.status, each.decisive.headline if each.decisive else "")
         for one in judged
         for name, each in one.diagnoses.items()
     )
-    yield Table("Verdicts", ("recording", "monitor", "verdict", "why"), found)
+    return Table("Verdicts", ("recording", "monitor", "verdict", "why"), found)
+
+
+def answer(judged: Sequence[Judged], console: Console) -> None:
+    """Print the answer of all, then the verdicts, to a terminal."""
+    from tierod.report.terminal import answer, show
+
+    known, missed = _to_know(judged), sum(len(one.not_run) for one in judged)
+    if (finding := decisive(judged)) is not None:
+        answer(finding, len(known), console, missed)
+    else:
+        show([_head(judged)], console)
+    show([verdict_table(judged)], console)
+
+
+def tables(judged: Sequence[Judged], narrow: bool = False) -> Iterator[Table]:
+    """Verdicts, warnings, and monitors that did not run; `narrow` leaves out the advice of a refusal."""
+    yield verdict_table(judged)
     if narrow and (known := _to_know(judged)):
         yield Table("To know", ("recording", "monitor", "what"), tuple(known))
     if missed := not_run(judged):
@@ -88,12 +114,11 @@ def _head(judged: Sequence[Judged]) -> Verdict:
     found = [each for one in judged for each in one.diagnoses.values()]
     missed = [one.path.name for one in judged if not one.diagnoses]
     status = status_of(judged)
-    decisive = next((each.decisive for each in found if each.decisive and each.status is status), None)
-    if decisive is not None:
+    if (worst_of_all := decisive(judged)) is not None:
         over = f"{len(judged) - len(missed)} recordings" if len(judged) > 1 else "the recording"
         text = [f"The worst of {len(found)} verdicts on {over}."] if len(found) > 1 else []
         text += [f"Not judged: {', '.join(missed)}."] if missed else []
-        return Verdict(decisive.headline, status, text=tuple(text))
+        return Verdict(worst_of_all.headline, status, text=tuple(text))
     if not found:
         return Verdict("No monitor ran on these recordings", status, reasons=(("What to do", NOTHING_RAN),))
     title = f"{len(missed)} of {len(judged)} recordings could not be judged: {', '.join(missed)}"

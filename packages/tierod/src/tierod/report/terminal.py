@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from tierod.core.content import Facts, Flag, Heading, Item, Table, Verdict
-from tierod.core.shown import shown
+from tierod.core.shown import counted, shown
 from tierod.core.signals import SIGNALS
 from tierod.core.statuses import Status
 from tierod.report.display import interval, number, words
@@ -15,9 +15,14 @@ if TYPE_CHECKING:
     import rich.table
     from rich.console import Console
 
+    from tierod.core.findings import Finding
     from tierod.diagnosis.entry import FreezeFrame
     from tierod.diagnosis.fault_memory import FaultMemory
     from tierod.report.charts.figure import Figure
+
+
+LINES = 3  # lines of a reason in the answer
+NAMES = 12  # columns that the names of reasons take
 
 
 def show(items: Iterable[Item | Figure], console: Console) -> None:
@@ -40,6 +45,33 @@ def show(items: Iterable[Item | Figure], console: Console) -> None:
                     console.print(Text(item.note))
             case Facts():
                 _facts(item.rows, console)
+
+
+def answer(finding: Finding, remarks: int, console: Console, missed: int = 0) -> None:
+    """Print status, headline, why and what to do, each in at most three lines; `--details` prints all.
+
+    Args:
+        remarks, missed: number of remarks and of monitors that did not run, which are left to the details
+    """
+    from rich.text import Text
+
+    console.print(Text.assemble((finding.status.capitals, finding.status.style), f"  {finding.headline}"))
+    action = "" if finding.action == "none" else finding.action
+    reasons = [(name, text) for name, text in (("why", finding.cause), ("what to do", action)) if text]
+    _facts([(name, _short(text, console.width)) for name, text in reasons], console)
+    more = ["figures and limits"]
+    more += [counted(remarks, "remark")] if remarks else []
+    more += [f"{counted(missed, 'monitor')} that did not run"] if missed else []
+    console.print(Text(f"more with --details: {', '.join(more)}", style="dim"))
+
+
+def _short(text: str, width: int) -> str:
+    """The first clauses of a text that fit into three lines."""
+    most = LINES * (width - NAMES)
+    if len(text) <= most:
+        return text
+    kept = text[: most - 2].rpartition("; ")[0] or text[: most - 2].rpartition(" ")[0]
+    return f"{kept} ..."
 
 
 def rows(titles: Sequence[str], cells: Iterable[Sequence[str]], right: Sequence[int] = ()) -> rich.table.Table:
