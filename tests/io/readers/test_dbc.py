@@ -327,6 +327,7 @@ def test_signals_across_nine_bytes_are_what_cantools_decodes(order, length):
     [
         ('BO_ 1275 2017_A: 8 A\n SG_ A : 0|8@1+ (1,0) [0|0] "" B\nVAL_ 1275 A 1 "on" ;\n', "line 12: message '2017_A'"),
         ('BO_ 300 M: 8 A\n SG_ 0_COUNTER : 0|8@1+ (1,0) [0|0] "" B\n', "line 13: signal '0_COUNTER'"),
+        ('BO_ 1075054137 FAR: 8 A\n SG_ A : 0|8@1+ (1,0) [0|0] "" B\n', "line 12: message 'FAR'"),
         ('BA_DEF_ BO_ "Receivable" BOOL False True;\n', "line 12: BA_DEF_"),
         ('BO_ 274878464 DOOR: 8 A\n SG_ A : 0|8@1+ (1,0) [0|0] "" B\nCM_ BO_ 274878464 "door";\n', ""),
     ],

@@ -22,7 +22,7 @@ from tierod.report.charts.decisions import (
 from tierod.report.charts.elements import state_figure, substitute_figures
 from tierod.report.charts.figure import Figure
 from tierod.report.charts.over_time import estimate_figures, innovation_figure, result_figure, signal_figure
-from tierod.report.display import alarm_from, date, duration, evidence, instant, interval, number, share, words
+from tierod.report.display import alarm_from, date, dated, duration, evidence, instant, interval, number, share, words
 from tierod.report.html import Origin, page, sentence
 
 Parts = Iterator[Item | Figure]
@@ -122,15 +122,6 @@ def _decided(diagnosis: Diagnosis, each: Decided) -> str:
     if each.passed is not None:
         parts.append(f"first at {instant(each.passed)}")
     return f"{words(each.name)}: {', '.join(parts)}"
-
-
-def dated(finding: Finding) -> str:
-    """Times at which the change of a finding began, ended and, where noticeably later, was declared; "" without one."""
-    if finding.since is None:
-        return ""
-    begin = f"at {instant(finding.since)}" if finding.since > 0.0 else "at the start"
-    later = (("ended", finding.end), ("declared", finding.belated))
-    return ", ".join((begin, *(f"{what} at {instant(time)}" for what, time in later if time is not None)))
 
 
 COLUMNS = ("sensor or actuator", "state", "fault", "from", "to", "declared", "size", "replaced by", "code")

@@ -6,7 +6,7 @@ import datetime
 import math
 import re
 
-from tierod.core.findings import Estimate
+from tierod.core.findings import Estimate, Finding
 from tierod.core.shown import shown
 
 _CAPITALS = {"nis", "nees", "eps", "can", "rms", "dbc", "csv", "mf4"}
@@ -147,3 +147,12 @@ def without_advice(reason: str) -> str:
     """The reason of a refusal without its advice and without the name of the monitor, which is shown beside it."""
     bare = re.sub(r"^the monitor '[^']*' (?:cannot run as '[^']*': )?", "", reason)
     return re.split(r"; did you mean|; known: |; none of the|\. (?=[A-Z])", bare)[0].rstrip(".")
+
+
+def dated(finding: Finding) -> str:
+    """Times at which the change of a finding began, ended and, where noticeably later, was declared; "" without one."""
+    if finding.since is None:
+        return ""
+    begin = f"at {instant(finding.since)}" if finding.since > 0.0 else "at the start"
+    later = (("ended", finding.end), ("declared", finding.belated))
+    return ", ".join((begin, *(f"{what} at {instant(time)}" for what, time in later if time is not None)))

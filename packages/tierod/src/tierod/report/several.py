@@ -57,7 +57,9 @@ def answer(judged: Sequence[Judged], console: Console) -> None:
         answer(finding, len(known), console, missed)
     else:
         show([_head(judged)], console)
-    show([verdict_table(judged)], console)
+    without = tuple(each for each in not_run([one for one in judged if not one.diagnoses]) if finding is None)
+    table = Table("Monitors that did not run", ("recording", "monitor", "why"), without)
+    show([verdict_table(judged), *([table] if without else [])], console)
 
 
 def tables(judged: Sequence[Judged], narrow: bool = False) -> Iterator[Table]:

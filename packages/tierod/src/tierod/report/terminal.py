@@ -9,7 +9,7 @@ from tierod.core.content import Facts, Flag, Heading, Item, Table, Verdict
 from tierod.core.shown import counted, shown
 from tierod.core.signals import SIGNALS
 from tierod.core.statuses import Status
-from tierod.report.display import interval, number, words
+from tierod.report.display import dated, interval, number, words
 
 if TYPE_CHECKING:
     import rich.table
@@ -57,7 +57,10 @@ def answer(finding: Finding, remarks: int, console: Console, missed: int = 0) ->
 
     console.print(Text.assemble((finding.status.capitals, finding.status.style), f"  {finding.headline}"))
     action = "" if finding.action == "none" else finding.action
-    reasons = [(name, text) for name, text in (("why", finding.cause), ("what to do", action)) if text]
+    when = "" if "since" in finding.headline else dated(finding)
+    reasons = [
+        (name, text) for name, text in (("change", when), ("why", finding.cause), ("what to do", action)) if text
+    ]
     _facts([(name, _short(text, console.width)) for name, text in reasons], console)
     more = ["figures and limits"]
     more += [counted(remarks, "remark")] if remarks else []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import logging
 import re
 import warnings
@@ -17,7 +18,7 @@ from tierod.core.errors import InputError, MissingExtra
 from tierod.core.recording import Channel
 from tierod.core.user_files import MOST_DATA_BYTES, read_bytes
 from tierod.io.formats import muted
-from tierod.io.readers.frames import EXTENDED, Frames, Heard, InOrder, Log, identifier_text, messages
+from tierod.io.readers.frames import EXTENDED, IDENTIFIERS, Frames, Heard, InOrder, Log, identifier_text, messages
 from tierod.io.readers.payloads import LONGEST, Payloads, span
 from tierod.io.readers.source import Column, Lane, Piece, Source
 
@@ -163,14 +164,15 @@ def _database(path: Path, content: bytes) -> tuple[CanDatabase | DiagnosticsData
         text = content.decode("cp1252" if kind in ("dbc", "sym") else "utf-8", errors="replace")
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     left_out: list[str] = []
-    while True:
+    for attempt in itertools.count():
         try:
             return cantools.database.load_string(text, kind if kind in _KINDS else None, strict=False), left_out
         except cantools.database.UnsupportedDatabaseFormatError as error:  # type: ignore[attr-defined]  # not re-exported
             shorter = _without_refused(text, str(error), left_out) if kind == "dbc" else None
-            if shorter is None or len(left_out) > _MOST_LEFT_OUT:
+            if shorter is None or shorter == text or attempt >= _MOST_LEFT_OUT:
                 raise
             text = shorter
+    raise AssertionError("the loop ends by itself")
 
 
 def _without_refused(text: str, error: str, left_out: list[str]) -> str | None:
@@ -179,14 +181,28 @@ def _without_refused(text: str, error: str, left_out: list[str]) -> str | None:
         return _ENTRY.sub(lambda entry: "" if entry.groups() in orphans else entry[0], text)
     if "more than 11 bits" in error:
         # An identifier above 0x7FF without the bit of extended ones can only be an extended one.
-        return _IDENTIFIED.sub(lambda found: f"{found[1]}{_extended(int(found[2]))}", text)
+        extended = _IDENTIFIED.sub(lambda found: f"{found[1]}{_extended(int(found[2]))}", text)
+        if extended != text:
+            return extended
     place = re.search(r"line (\d+), column", error)
     lines = text.split("\n")
+    if "bits in message" in error:
+        titles = ((at, re.match(r"\s*BO_\s+(\d+)\s", line)) for at, line in enumerate(lines))
+        impossible = [at for at, title in titles if title and int(title[1]) & ~EXTENDED >= IDENTIFIERS]
+        for first in impossible:
+            _leave_out(lines, first, left_out)
+        return "\n".join(lines) if impossible else None
     if not place or not 0 < int(place[1]) <= len(lines):
         return None
-    first = next((at for at in range(int(place[1]) - 1, -1, -1) if _STATEMENT.match(lines[at])), None)
-    if first is None:
+    first = next((at for at in range(int(place[1]) - 1, -1, -1) if _STATEMENT.match(lines[at])), -1)
+    if first < 0:
         return None
+    _leave_out(lines, first, left_out)
+    return "\n".join(lines)
+
+
+def _leave_out(lines: list[str], first: int, left_out: list[str]) -> None:
+    """Empty the lines of the statement that begins at one of them, of a message with those of its signals."""
     inside = lines[first].lstrip().startswith("BO_ ")
     after = first + 1
     while after < len(lines) and ((found := _STATEMENT.match(lines[after])) is None or (inside and found[1] == "SG_")):
@@ -196,7 +212,6 @@ def _without_refused(text: str, error: str, left_out: list[str]) -> str | None:
     name = words[2 if words[0] == "BO_" else 1] if len(words) > 2 else ""
     left_out.append(f"line {first + 1}: {what} '{name}'")
     lines[first:after] = [""] * (after - first)
-    return "\n".join(lines)
 
 
 def _extended(identifier: int) -> int:
