@@ -119,7 +119,11 @@ def condition(recording, *arguments):
 
 
 def test_a_lost_sensor_is_reported_and_shown_and_ends_with_one(place, lost_angle, capsys):
-    assert condition(lost_angle) == 1
+    assert condition(lost_angle, "--no-report") == 1
+    answer = capsys.readouterr().out
+    assert len(answer.splitlines()) <= 10
+    assert "change      at 15 s, ended at 25 s" in answer
+    assert condition(lost_angle, "--details") == 1
     printed = " ".join(capsys.readouterr().out.split())
     assert "steering wheel angle sensor: total loss from 1" in printed
     assert "C1A33-64" in printed
