@@ -76,13 +76,6 @@ def yaw_gain_error(chassis, speed: float) -> float:
     return float(out.yaw_rate / SMALL_STEER / closed - 1.0)
 
 
-def understeer_error(chassis) -> float:
-    """Relative error of the understeer gradient in the linear range at 30 m/s against the closed form."""
-    out = steady_turn(chassis, 30.0)
-    extra = SMALL_STEER - chassis.wheelbase * out.yaw_rate / out.speed
-    return float(extra / out.lateral_acceleration / chassis.understeer_gradient - 1.0)
-
-
 class Powers(NamedTuple):
     """Stored energy [J] and powers [W]: over any time, stored = driven - (braked + slipped + turned + damped)."""
 

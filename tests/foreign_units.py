@@ -1,8 +1,5 @@
-"""Units that take the place of a plant: a trolley on two tracks of its own, exported by us or by pythonfmu."""
+"""Units that take the place of a plant: a trolley on two tracks of its own."""
 
-import subprocess
-import sys
-import zipfile
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
@@ -85,63 +82,3 @@ def exported(block, path):
     options = Options("double", libm=False, fused=True)
     starts = usual_inputs(block)
     return write_unit(Model(Interface(subject, options), starts, present=True), path)
-
-
-def without_binary(path, target, platform="win64"):
-    """The same unit for another platform."""
-    with zipfile.ZipFile(path) as old, zipfile.ZipFile(target, "w") as new:
-        for name in old.namelist():
-            other = name.replace("binaries/linux64", f"binaries/{platform}").replace(".so", ".dll")
-            new.writestr(other if name.startswith("binaries") else name, old.read(name))
-    return target
-
-
-OF_PYTHON = """
-from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
-
-
-class Trolley(Fmi2Slave):
-    def __init__(self, **kwargs):
-        super().__init__(**kwargs)
-        self.SteeringWheelAngle_deg, self.LongForce, self.v0, self.fails_at = 0.0, 0.0, 10.0, 1e9
-        self.v_kmh, self.yawRate, self.vy = 36.0, 0.0, 0.0
-        self.speed = self.lateral = self.rate = 0.0
-        for name in ("SteeringWheelAngle_deg", "LongForce"):
-            self.register_variable(Real(name, causality=Fmi2Causality.input))
-        for name in ("v_kmh", "yawRate", "vy"):
-            self.register_variable(Real(name, causality=Fmi2Causality.output))
-        for name in ("v0", "fails_at"):
-            tunable = Fmi2Variability.tunable
-            self.register_variable(Real(name, causality=Fmi2Causality.parameter, variability=tunable))
-
-    def setup_experiment(self, start_time, stop_time=None, tolerance=None):
-        pass
-
-    def exit_initialization_mode(self):
-        self.speed = self.v0
-        self.show()
-
-    def show(self):
-        self.v_kmh, self.yawRate, self.vy = 3.6 * self.speed, self.rate, self.lateral
-
-    def do_step(self, time, size):
-        if time > self.fails_at:
-            raise RuntimeError("the tyre left its range")
-        steer, speed = self.SteeringWheelAngle_deg * 0.017453292519943295 / 15.0, max(self.speed, 1.0)
-        front = 1.2e5 * (steer - (self.lateral + 1.2 * self.rate) / speed)
-        rear = -1.2e5 * (self.lateral - 1.5 * self.rate) / speed
-        self.lateral += size * ((front + rear) / 1500.0 - speed * self.rate)
-        self.rate += size * (1.2 * front - 1.5 * rear) / 2500.0
-        self.speed = max(self.speed + size * self.LongForce / 1500.0, 0.0)
-        self.show()
-        return True
-"""
-
-
-def of_python(folder):
-    """The trolley as pythonfmu exports it."""
-    (folder / "trolley.py").write_text(OF_PYTHON)
-    command = [sys.executable, "-m", "pythonfmu", "build", "-f", "trolley.py"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr[-2000:]
-    return folder / "Trolley.fmu"

@@ -10,7 +10,6 @@ from bank_of_graph import bank
 from models.friction_paper import CAR
 from monitors.condition.demonstrator import CAR as DEMONSTRATOR
 from tierod.core.graph.bank import Bank
-from tierod.diagnosis.switchover import Substitute, SubstitutionGraph
 from tierod.diagnosis.trouble_codes import DebounceCounter
 from tierod.methods.detectors.control_charts import Cusum, Debounce, HeldThreshold
 from tierod.methods.estimators.kalman import KalmanFilter
@@ -91,10 +90,6 @@ MOTOR = load("motor-bench").parameters_for(SampledMotorParameters)  # Of the ben
 DQ_MOTOR = load("motor-bench").parameters_for(MotorParameters)
 
 BY_WIRE = load("steer-by-wire").parameters_for(SteeredVehicle.Parameters)
-
-SUBSTITUTES = SubstitutionGraph(
-    ("left", "right"), ((Substitute("other", ("right",), 0.1, ""), Substitute("held", (), 1.0, "")), ())
-)
 
 
 EXAMPLES: dict[type, Callable[[], Any]] = {

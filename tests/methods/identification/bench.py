@@ -29,9 +29,5 @@ def turned(recording, *names):
     return changed(recording, **{name: lambda time, values: (time, -values) for name in names})
 
 
-def retimed(recording, factor):
-    return changed(recording, **{name: lambda time, values: (time * factor, values) for name in recording.names})
-
-
 def row(name, recording=None):
     return bench_recording(name, recording or recordings()[name], TRUTH)

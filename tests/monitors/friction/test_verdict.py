@@ -39,11 +39,19 @@ def said(finding):
     [
         (((49.0, 12.5),), Status.NOT_READY),
         (((80.0, 4.0),), Status.HEALTHY),
+        (((80.0, 5.0),), Status.HEALTHY),
         (((80.0, 5.5),), Status.RISING),
         (((80.0, 9.0),), Status.FAULT),
         (((130.0, 4.0), (1.5, 5.5), (10.0, 4.0)), Status.HEALTHY),
     ],
-    ids=["before the ready time", "nominal", "rising", "fault", "a short excursion"],
+    ids=[
+        "before the ready time",
+        "nominal",
+        "within the margin",
+        "rising",
+        "fault",
+        "a short excursion",
+    ],
 )
 def test_a_course_of_friction_has_the_status_of_its_limits(course, status):
     running, _, finding = judged(FrictionVerdict(LIMITS), estimates(*course))

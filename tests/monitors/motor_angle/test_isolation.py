@@ -9,7 +9,7 @@ from monitors.motor_angle.monitored import COLUMN, FAULT_FREE, changed, finding
 from said import estimated, said
 from tierod.core.findings import Status
 from tierod.diagnosis.fault_memory import FaultMemory
-from tierod_lab.papers.motor_angle.bench import RATE
+from tierod_lab.papers.motor_angle.bench import RATE, drive, offset
 
 ANGLE = FAULT_FREE().samples[:, COLUMN["motor_angle_mechanical"]]
 TIME = np.arange(len(ANGLE)) / RATE
@@ -59,3 +59,10 @@ def test_currents_that_grow_alike_are_blamed_and_not_the_angle(tmp_path):
     assert found.estimate is None
     raised = FaultMemory.opened(tmp_path / "memory.json", "motor-bench").entries
     assert {name for name, each in raised.items() if each.status & 0x08} == {"motor-currents"}
+
+
+def test_a_wrong_scale_beside_an_offset_of_the_angle_has_both():
+    found = finding(times(2.0, CURRENTS, drive(101, 8.0, offset(10.0), 5.0).samples))
+    assert found.status is Status.SUSPECT
+    assert "these contradict each other too" in found.cause
+    assert "an angle sensor that is off by +10.0° electrical" in found.cause

@@ -30,6 +30,12 @@ def sensor(change):
     return changed(motor_angle_mechanical=angle)
 
 
+def test_less_than_a_second_of_fast_turning_is_no_verdict():
+    found = monitored.finding(FAULT_FREE().samples[:57_000])
+    assert found.status is Status.NOT_ENABLED
+    assert "turned fast enough for 0.5 s only, 1 s are needed" in found.cause
+
+
 @pytest.mark.parametrize("seed", [3, 4])
 def test_a_fault_free_drive_raises_nothing_and_is_called_fault_free(seed):
     found = scan(MONITOR, FAULT_FREE(seed).samples)
