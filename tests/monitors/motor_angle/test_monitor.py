@@ -135,3 +135,5 @@ def test_an_offset_that_disturbed_the_observer_is_lasting(degrees, tmp_path):
     assert f"by {estimated(found)} electrical; since 2.00 s, declared at 5.04 s" in said(found)
     raised = {name for name, each in FaultMemory.opened(path, "motor-bench").entries.items() if each.status & 0x08}
     assert raised == {"motor-angle-offset"}
+    begun = monitored.finding(samples[:50_000])
+    assert "too little since then to show whether the zero of the angle sensor has moved" in begun.cause
