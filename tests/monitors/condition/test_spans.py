@@ -76,6 +76,14 @@ def test_a_fault_that_has_ended_has_an_end_though_the_file_ends_before_it_is_wit
     assert episode_of(diagnosed(wheel(DRIFT, 0.15, after=LASTING + 2.5))).end == pytest.approx(46.0, abs=0.1)
 
 
+def test_a_finding_of_two_faults_ends_with_the_last():
+    made = drive(3, 120.0)
+    part = Recording({name: made[name] for name in SETS["without front wheels"]}).slice(21.0, 66.0)
+    found = diagnosed(injected(part, [Injected(LEFT, OFFSET, 1.0, at, at + 5.0).fault for at in (30.0, 45.0)]))
+    assert found.findings[0].since == pytest.approx(30.0, abs=0.1)
+    assert found.findings[0].end == pytest.approx(50.0, abs=0.5)
+
+
 def test_a_fault_that_lasts_has_no_end():
     diagnosis = diagnosed(wheel(STUCK, math.nan, 28.0, after=9.0))
     assert all(each.end is None for element in diagnosis.elements for each in element.episodes)
