@@ -115,7 +115,8 @@ def _wires(message: Message, columns: Mapping[str, Column], channel_map: Channel
         }
         column = columns.get(name) or columns.get(item.name)
         if column is not None:
-            wires[item.name] = Wire(column.name, _of_signal(column, name, unit, mapped))
+            conversion = _of_signal(column, name, unit, mapped)
+            wires[item.name] = Wire(column.name, _magnitude(conversion) if _has_bit(mapped) else conversion)
             continue
         for canonical, entry in mapped.items():
             if canonical in columns:
@@ -142,9 +143,16 @@ def _of_canonical(column: Column, name: str, unit: str, entry: Entry) -> Convers
     canonical = column.title or column.name
     back = _conversion(column, _unit_of(column), name, entry.unit or unit or SIGNALS[canonical].unit)
     gain, offset = entry.sign * entry.factor, entry.offset
-    if entry.sign_from:
-        return lambda values: np.abs((back(values) - offset) / gain)
-    return lambda values: (back(values) - offset) / gain
+    conversion: Conversion = lambda values: (back(values) - offset) / gain  # noqa: E731
+    return _magnitude(conversion) if entry.sign_from else conversion
+
+
+def _has_bit(mapped: Mapping[str, Entry]) -> bool:
+    return any(entry.sign_from for entry in mapped.values())
+
+
+def _magnitude(conversion: Conversion) -> Conversion:
+    return lambda values: np.abs(conversion(values))
 
 
 def _unit_of(column: Column) -> str:
