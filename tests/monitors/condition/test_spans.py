@@ -64,7 +64,7 @@ def test_the_three_times_stand_in_document_terminal_and_page(tmp_path, monkeypat
     times = [episode.start, episode.end, episode.declared]
     assert [written[key] for key in ("start", "end", "declared")] == times
     assert [told["findings"][0][key] for key in ("since", "end", "declared")] == times
-    assert main(["diagnose", "drive.parquet", "--vehicle", "rav4", "--monitor", "condition"]) == 1
+    assert main(["diagnose", "drive.parquet", "--vehicle", "rav4", "--monitor", "condition", "--details"]) == 1
     told, page = capsys.readouterr().out, (tmp_path / "drive-condition.html").read_text(encoding="utf-8")
     for text in (told, page.replace("\N{NO-BREAK SPACE}", " ")):
         text = " ".join(text.split())
