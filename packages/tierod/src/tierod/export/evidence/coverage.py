@@ -11,6 +11,7 @@ from typing import NamedTuple
 from tierod.core.content import Table
 from tierod.core.graph.operations import STATE, TUNING, Program, is_constant
 from tierod.export.evidence.checks import Checked, ran, version
+from tierod.export.segments import is_presence
 
 # Explanation of branches that are not reached, by their kind
 REASONS = {
@@ -160,7 +161,7 @@ def _rests_on_age(stepped: Stepped, index: int) -> bool:
             if operation.constant[0] != STATE or not stepped.state[operation.constant[1]].endswith(".age"):
                 return False
             ages += 1
-        held = operation.name in ("select", "if") and _is_presence(stepped.program, operation.arguments[0])
+        held = operation.name in ("select", "if") and is_presence(stepped.program, operation.arguments[0])
         waiting += operation.arguments[1:] if held else operation.arguments
     return ages > 0
 
@@ -168,7 +169,7 @@ def _rests_on_age(stepped: Stepped, index: int) -> bool:
 def _rests_on_presence(program: Program, index: int) -> bool:
     operation = program.operations[index]
     asked = operation.arguments[:1] if operation.name in ("select", "if") else operation.arguments
-    return operation.name in ("select", "if", "and", "or") and any(_is_presence(program, each) for each in asked)
+    return operation.name in ("select", "if", "and", "or") and any(is_presence(program, each) for each in asked)
 
 
 def _conditions(export: Checked, folder: Path) -> str:
@@ -177,18 +178,3 @@ def _conditions(export: Checked, folder: Path) -> str:
     return (
         "available, see gcov --conditions" if tried.code == 0 else "this gcc has none (14 has); branches stand for it"
     )
-
-
-def _is_presence(program: Program, index: int) -> bool:
-    """Whether a value tests the finiteness of a value that is not an input of the sample.
-
-    Such a value is always finite while the monitor holds its inputs, so no run would cover the branch.
-    """
-    operations = program.operations
-    while operations[index].name == "not":
-        index = operations[index].arguments[0]
-    if operations[index].name != "lt":
-        return False
-    value, limit = (operations[each] for each in operations[index].arguments)
-    endless = limit.name == "constant" and limit.constant == float("inf")
-    return endless and value.name == "fabs" and operations[value.arguments[0]].name != "input"

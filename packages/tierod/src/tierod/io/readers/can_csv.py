@@ -23,9 +23,8 @@ _BYTES = re.compile(r"(data|payload)([ _]?byte(s|\(s\)))?( ?\(?hex\)?)?$")
 _BYTE = re.compile(r"(?:d|b|data|byte)[ _]?[(\[]?0?(\d\d?)[)\]]?$")
 _CELL = re.compile(r"(0x)?[0-9a-f]{0,2}$|1\d\d$|2[0-4]\d$|25[0-5]$", re.IGNORECASE)
 _HEX = re.compile(r"(0x)?[0-9a-f]{4,128}$|[0-9a-f]{2}( [0-9a-f]{2})+$|[a-z0-9+/]+={1,2}$", re.IGNORECASE)
-_NO_NUMBER = re.compile(
-    r"[a-f x+/=]|^0\d|^\d{16}", re.IGNORECASE
-)  # in bytes or identifiers: no decimal number of a usual table
+# In bytes or identifiers: no decimal number of a usual table
+_NO_NUMBER = re.compile(r"[a-f x+/=]|^0\d|^\d{16}", re.IGNORECASE)
 _FEWEST = 4  # Cells with a byte each, from which a table without lengths holds frames
 _TRUE = ("true", "1", "x", "ext", "extended", "yes")
 MICROSECONDS = 1e-6  # Unit of stamps without a point, as loggers write them [s]

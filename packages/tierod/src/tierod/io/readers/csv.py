@@ -9,6 +9,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -170,8 +171,10 @@ def open_csv(content: Content, time: TimeEntry = GUESSED) -> Source:
     head = table.beginning()
     clocks, units = _clocks(path, columns, head, time)
     for name in units:
-        if not units[name] and name in head and is_packed(table.rows(b, [name]).columns[name] for b in table.blocks()):
-            units[name] = PACKED
+        if not units[name] and name in head:
+            # The beginning, which is read already, decides for any clock that counts from its start.
+            parts = (table.rows(block, [name]).columns[name] for block in table.blocks())
+            units[name] = PACKED if is_packed(chain([head[name]], parts)) else ""
     timed = {name for clock in clocks for name in clock.columns}
     members = tuple(column for column in columns if column.name in timed and column.name in layout.numeric)
     if not members:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import logging
 import re
 import warnings
@@ -164,15 +163,16 @@ def _database(path: Path, content: bytes) -> tuple[CanDatabase | DiagnosticsData
         text = content.decode("cp1252" if kind in ("dbc", "sym") else "utf-8", errors="replace")
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     left_out: list[str] = []
-    for attempt in itertools.count():
+    attempts = 0
+    while True:
         try:
             return cantools.database.load_string(text, kind if kind in _KINDS else None, strict=False), left_out
         except cantools.database.UnsupportedDatabaseFormatError as error:  # type: ignore[attr-defined]  # not re-exported
             shorter = _without_refused(text, str(error), left_out) if kind == "dbc" else None
-            if shorter is None or shorter == text or attempt >= _MOST_LEFT_OUT:
+            attempts += 1
+            if shorter is None or shorter == text or attempts > _MOST_LEFT_OUT:
                 raise
             text = shorter
-    raise AssertionError("the loop ends by itself")
 
 
 def _without_refused(text: str, error: str, left_out: list[str]) -> str | None:

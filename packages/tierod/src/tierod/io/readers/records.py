@@ -8,8 +8,8 @@ import math
 import re
 from array import array
 from collections import Counter
-from collections.abc import Iterator, Mapping
-from itertools import islice
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import chain, islice
 from typing import Any
 
 import numpy as np
@@ -67,11 +67,12 @@ def _records(content: Content) -> Iterator[Any]:
 
 def _in_document(document: Any) -> Iterator[Any]:
     """The records of a document: listed, by columns, or by a structure with times for each signal."""
-    if isinstance(document, list) and document and _is_row(document[0]) and all(map(_is_text, document[0])):
-        document = {"columns": document[0], "data": document[1:]}
+    first = document[0] if isinstance(document, list) and document else None
+    if isinstance(first, list) and all(isinstance(title, str) for title in first):
+        document = {"columns": first, "data": document[1:]}
     if isinstance(document, dict) and _is_split(document):
         titles = [str(title) for title in document["columns"]]
-        document = [dict(zip(titles, row, strict=False)) for row in document["data"] if _is_row(row)]
+        document = [dict(zip(titles, row, strict=False)) for row in document["data"] if isinstance(row, list)]
     if isinstance(document, list):
         series = [each for each in document if isinstance(each, dict) and _is_series(each)]
         yield from document if not series else (record for each in series for record in _of_series(_name(each), each))
@@ -92,16 +93,8 @@ def _in_document(document: Any) -> Iterator[Any]:
         yield from (dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True))
 
 
-def _is_text(value: Any) -> bool:
-    return isinstance(value, str)
-
-
 def _is_split(document: Record) -> bool:
     return all(isinstance(document.get(key), list) for key in ("columns", "data"))
-
-
-def _is_row(row: Any) -> bool:
-    return isinstance(row, list)
 
 
 def _is_indexed(value: Any) -> bool:
@@ -308,15 +301,16 @@ def _open_json(content: Content, time: TimeEntry) -> Source | Log:
         layout = can_csv.layout_of(b"".join(_as_table(iter([first]), list(first))))
         if layout is not None:
             return can_csv.log_of(content.path.name, layout, lambda: _as_table(_records(content), list(first)))
-    gathered = _Gathered(content, time)
-    for record in _records(content):
-        gathered.add(record)
-    return gathered.source(content)
+    return _gathered(content, time, chain([first], records))
 
 
 def _open_long(content: Content, time: TimeEntry) -> Source:
+    return _gathered(content, time, _rows(content))
+
+
+def _gathered(content: Content, time: TimeEntry, records: Iterable[Any]) -> Source:
     gathered = _Gathered(content, time)
-    for record in _rows(content):
+    for record in records:
         gathered.add(record)
     return gathered.source(content)
 

@@ -118,7 +118,7 @@ class Held(NamedTuple):
     left: Scalar
 
 
-class Told(NamedTuple):
+class Isolation(NamedTuple):
     """What the rules say: flag of every fault, whether it is one of several candidates, and its score.
 
     A score is the share of the conditions of the rule that hold, among those whose residuals are present.
@@ -169,7 +169,7 @@ class RuleMonitor:
         faulty = dict(zip(OF_AUTOMATED, state.faulty, strict=True))
         residuals, seen = self.residuals.step(state.residuals, sample, faulty)
         ratios = self._ratios(seen)
-        after, told = self._told(state, ratios)
+        after, isolation = self._isolation(state, ratios)
         expected = {}
         for name, main in MAIN.items():
             reading = getattr(seen.held, name)
@@ -177,7 +177,7 @@ class RuleMonitor:
             expected[name] = where(there, reading + getattr(seen.residuals, main), reading)
         blind = self._blind(seen, expected)
         settled = {name: each > self.residuals.settling for name, each in residuals.waited._asdict().items()}
-        statements = self._statements(told, blind, _exceeding(ratios, settled))
+        statements = self._statements(isolation, blind, _exceeding(ratios, settled))
         spans, statements = state.spans.followed_by(statements, self._sizes(ratios, seen), self.spans)
         testable = {name: 1.0 - each for name, each in blind.items()}
         judged = Judged(
@@ -191,7 +191,7 @@ class RuleMonitor:
             spans.supported,
             spans.ended(self.spans),
         )
-        return self.State(residuals, *after, tuple(told.faulty[name] for name in OF_AUTOMATED), spans), judged
+        return self.State(residuals, *after, tuple(isolation.faulty[name] for name in OF_AUTOMATED), spans), judged
 
     def _ratios(self, seen: ResidualSet.Output) -> dict[str, Scalar]:
         """Ratios of the residuals to their thresholds; infinite, which counts as missing, where one is not present.
@@ -206,9 +206,9 @@ class RuleMonitor:
             )
         }
 
-    def _told(
+    def _isolation(
         self, state: State, ratios: Mapping[str, Scalar]
-    ) -> tuple[tuple[tuple[Held, ...], tuple[Scalar, ...], tuple[Scalar, ...]], Told]:
+    ) -> tuple[tuple[tuple[Held, ...], tuple[Scalar, ...], tuple[Scalar, ...]], Isolation]:
         """Evaluate all rules."""
         table, time = self.table, self.sample_time
         pairs = [self._symptom(held, ratios[name]) for held, name in zip(state.symptoms, table.residuals, strict=True)]
@@ -229,8 +229,8 @@ class RuleMonitor:
             since_held[rule.fault] = where(held[rule.fault] > confirmed, since, maximum(left - time, 0.0))
         flags = {name: where(each > confirmed, 1.0, 0.0) for name, each in held.items()}
         beyond = {name: both(present(each), absolute(each) >= 1.0) for name, each in shown.items()}
-        told = self._isolated(flags, scores, beyond)
-        return (tuple(symptom for symptom, _ in pairs), tuple(held.values()), tuple(since_held.values())), told
+        isolation = self._isolated(flags, scores, beyond)
+        return (tuple(symptom for symptom, _ in pairs), tuple(held.values()), tuple(since_held.values())), isolation
 
     def _symptom(self, before: Held, ratio: Scalar) -> tuple[Held, Scalar]:
         """Held symptom and effective ratio of a residual: an abnormal one holds on, a missing one is no symptom."""
@@ -241,7 +241,7 @@ class RuleMonitor:
 
     def _isolated(
         self, flags: Mapping[str, Scalar], scores: Mapping[str, Scalar], beyond: Mapping[str, Scalar]
-    ) -> Told:
+    ) -> Isolation:
         """Faults and candidates among the sensors, and among the actuators.
 
         Candidates are faults whose rules hold together, and, where an abnormal residual is explained by no rule, those
@@ -258,7 +258,7 @@ class RuleMonitor:
                 fits = both(unknown, scores[name] >= best - 1e-9)
                 candidates[name] = where(either(both(count > 1.5, flags[name]), fits), 1.0, 0.0)
                 faulty[name] = where(count > 1.5, 0.0, flags[name]) if self.table.one_fault else flags[name]
-        return Told(faulty, candidates, scores)
+        return Isolation(faulty, candidates, scores)
 
     def _sizes(self, ratios: Mapping[str, Scalar], seen: ResidualSet.Output) -> dict[str, Residual]:
         """Main residual of every sensor, and the smallest of all that the rule of an actuator takes as abnormal."""
@@ -272,21 +272,21 @@ class RuleMonitor:
                 found[rule.fault] = Residual(HALF * least, present(least))
         return found
 
-    def _statements(self, told: Told, blind: Mapping[str, Scalar], exceeding: Scalar) -> Statements:
+    def _statements(self, isolation: Isolation, blind: Mapping[str, Scalar], exceeding: Scalar) -> Statements:
         """Status and score of every element; rules estimate neither kind nor magnitude.
 
         Every element is a candidate while a residual exceeds its limit and no rule explains it.
         """
         # A single candidate is no explanation either: its rule does not hold.
-        explained = either(any_of(0.0, *told.faulty.values()), sum(told.candidates.values(), 0.0) > 1.5)
+        explained = either(any_of(0.0, *isolation.faulty.values()), sum(isolation.candidates.values(), 0.0) > 1.5)
         unexplained = both(exceeding, negated(explained))
         made = []
         for name in ELEMENTS:
             # Sensors that the rules do not use, such as front wheels, are never testable nor declared.
             unseen = blind.get(name, 0.0 if name in ACTUATORS else 1.0)
-            faulty, candidate, score = (each.get(name, 0.0) for each in told)
+            faulty, candidate, score = (each.get(name, 0.0) for each in isolation)
             quiet = where(unseen > 0.5, code_of(Status.NOT_TESTABLE), code_of(Status.HEALTHY))
-            suspect = either(candidate > 0.5, both(unexplained, 1.0 if name in told.scores else 0.0))
+            suspect = either(candidate > 0.5, both(unexplained, 1.0 if name in isolation.scores else 0.0))
             status = where(faulty > 0.5, code_of(Status.FAULT), where(suspect, code_of(Status.SUSPECT), quiet))
             made.append(Statement(status, 0.0, 0.0, 0.0, 0.0, score))
         return Statements(*made)
